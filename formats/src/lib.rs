@@ -1,0 +1,27 @@
+//! Streaming readers and writers for radio-interferometer visibility files.
+//!
+//! A reader fills a caller-owned [`VisChunk`] again and again; memory does not depend on the size
+//! of the file. What a file is about (antennas, frequencies, phase centres) is its [`Observation`].
+//!
+//! # The phase convention
+//! Written once, here. With (u, v, w) **as held in a [`VisChunk`] beside the data**, in wavelengths,
+//! a source of flux density S at direction cosines l (east), m (north), n = sqrt(1 - l² - m²) adds
+//!
+//! ```text
+//! V(u, v, w) = S exp(+2πi (u l + v m + w (n - 1)))
+//! ```
+//!
+//! The formats differ in the sense of a baseline and conjugate the data with it, so this holds for
+//! each of them with the stored values. Nothing here negates uvw or conjugates data.
+
+mod chunk;
+mod error;
+mod observation;
+mod reader;
+
+pub use chunk::VisChunk;
+pub use error::{ReadError, WriteError};
+pub use observation::{
+    Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, Observation, TimeScale,
+};
+pub use reader::{VisReader, VisWriter};

@@ -1,0 +1,87 @@
+//! Directions on the sky and their direction cosines about a phase centre.
+
+/// A direction: right ascension and declination [rad] in the frame of the phase centre.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RaDec {
+    /// Right ascension [rad].
+    pub ra_rad: f64,
+    /// Declination [rad].
+    pub dec_rad: f64,
+}
+
+/// Direction cosines about a phase centre: l east, m north.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Lm {
+    /// Towards east.
+    pub l: f64,
+    /// Towards north.
+    pub m: f64,
+}
+
+impl Lm {
+    /// `n - 1` with n = sqrt(1 - l² - m²), without cancellation near the phase centre.
+    pub fn n_minus_1(self) -> f64 {
+        let r2 = self.l * self.l + self.m * self.m;
+        -r2 / (1.0 + (1.0 - r2).max(0.0).sqrt())
+    }
+}
+
+impl RaDec {
+    /// Direction cosines of `self` about `centre` (orthographic projection).
+    pub fn to_lm(self, centre: RaDec) -> Lm {
+        let d_ra = self.ra_rad - centre.ra_rad;
+        let cos_dec = self.dec_rad.cos();
+        let half = (0.5 * d_ra).sin();
+        Lm {
+            l: cos_dec * d_ra.sin(),
+            // sin(d) cos(d0) - cos(d) sin(d0) cos(da), written so that small offsets keep their digits
+            m: (self.dec_rad - centre.dec_rad).sin()
+                + 2.0 * centre.dec_rad.sin() * cos_dec * half * half,
+        }
+    }
+
+    /// The direction whose cosines about `centre` are `lm`; RA in [0, 2π).
+    pub fn from_lm(lm: Lm, centre: RaDec) -> RaDec {
+        let n = 1.0 + lm.n_minus_1();
+        let (sin_dec0, cos_dec0) = centre.dec_rad.sin_cos();
+        let z = lm.m * cos_dec0 + n * sin_dec0;
+        let y = n * cos_dec0 - lm.m * sin_dec0;
+        let ra = centre.ra_rad + lm.l.atan2(y);
+        RaDec {
+            ra_rad: ra.rem_euclid(std::f64::consts::TAU),
+            dec_rad: z.atan2(lm.l.hypot(y)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::{ARCSEC, DEG};
+
+    #[test]
+    fn lm_and_back_is_exact_to_a_microarcsecond() {
+        let centre = RaDec {
+            ra_rad: 359.99 * DEG,
+            dec_rad: -30.0 * DEG,
+        };
+        for (l, m) in [(0.0, 0.0), (1e-5, -2e-6), (0.01, 0.02), (-0.3, 0.1)] {
+            let back = RaDec::from_lm(Lm { l, m }, centre).to_lm(centre);
+            assert!((back.l - l).abs() < 1e-6 * ARCSEC && (back.m - m).abs() < 1e-6 * ARCSEC);
+        }
+    }
+
+    #[test]
+    fn east_is_positive_l_and_north_positive_m() {
+        let centre = RaDec {
+            ra_rad: 1.0,
+            dec_rad: 0.5,
+        };
+        let lm = RaDec {
+            ra_rad: 1.001,
+            dec_rad: 0.501,
+        }
+        .to_lm(centre);
+        assert!(lm.l > 0.0 && lm.m > 0.0);
+    }
+}

@@ -1,0 +1,31 @@
+//! A block of Stokes I samples, one array a quantity.
+
+/// Samples in the form that the kernels eat: only unflagged ones, Stokes I, coordinates in
+/// wavelengths, data multiplied by their weight.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct VisBlock {
+    /// Baseline coordinate u [wavelength].
+    pub u: Vec<f64>,
+    /// Baseline coordinate v [wavelength].
+    pub v: Vec<f64>,
+    /// Baseline coordinate w [wavelength].
+    pub w: Vec<f64>,
+    /// Real part of weight times visibility [Jy⁻¹].
+    pub weighted_re: Vec<f32>,
+    /// Imaginary part of weight times visibility [Jy⁻¹].
+    pub weighted_im: Vec<f32>,
+    /// Weight 1/σ² [Jy⁻²], σ that of the real and of the imaginary part.
+    pub weight: Vec<f32>,
+}
+
+impl VisBlock {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.weight.len()
+    }
+
+    /// True without samples.
+    pub fn is_empty(&self) -> bool {
+        self.weight.is_empty()
+    }
+}

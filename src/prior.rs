@@ -1,0 +1,1 @@
+//! Priors: the unit cube to source parameters.
