@@ -1,1 +1,49 @@
-//! Priors: the unit cube to source parameters.
+//! Priors: the unit cube to source parameters (method section 2; Malyali et al. 2018, section 3.2).
+
+mod ellipticity;
+mod flux;
+mod region;
+mod scale;
+
+pub use ellipticity::EllipticityPrior;
+pub use flux::FluxPrior;
+pub use region::Region;
+pub use scale::{ScalePrior, ScaleRelation};
+
+use crate::rime::Source;
+
+/// Dimensions of the unit cube of one source.
+pub const N_DIM: usize = 6;
+/// The dimensions that define modes: the position.
+pub const MODE_DIMS: [usize; 2] = [0, 1];
+
+/// Prior of one source but for its position, which is uniform over a [`Region`].
+///
+/// | dimension | parameter |
+/// |---|---|
+/// | 0, 1 | l, m |
+/// | 2 | flux density |
+/// | 3 | scale-length, given the flux density |
+/// | 4, 5 | ellipticity (e1, e2) |
+#[derive(Debug, Clone, PartialEq)]
+pub struct SourcePrior {
+    /// Flux density.
+    pub flux: FluxPrior,
+    /// Scale-length.
+    pub scale: ScalePrior,
+    /// Ellipticity.
+    pub ellipticity: EllipticityPrior,
+}
+
+impl SourcePrior {
+    /// The source at `u`, [`N_DIM`] coordinates in [0, 1], with its position in `region`.
+    pub fn source(&self, region: &Region, u: &[f64]) -> Source {
+        let flux_jy = self.flux.from_unit(u[2]);
+        Source {
+            lm: region.from_unit(u[0], u[1]),
+            flux_jy,
+            scale_rad: self.scale.from_unit(u[3], flux_jy),
+            e: self.ellipticity.from_unit(u[4], u[5]),
+        }
+    }
+}
