@@ -1,5 +1,9 @@
 //! Directions on the sky and their direction cosines about a phase centre.
 
+mod frame;
+
+pub use frame::IcrsCentre;
+
 /// A direction: right ascension and declination [rad] in the frame of the phase centre.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct RaDec {

@@ -1,9 +1,16 @@
 //! Radio-interferometer visibilities in, a source catalogue with full posteriors out.
 #![doc = include_str!("../ARCHITECTURE.md")]
 
+pub mod catalogue;
+pub mod cli;
+pub mod config;
 pub mod coords;
+pub mod dataset;
+pub mod detect;
 pub mod likelihood;
 pub mod prior;
 pub mod rime;
+pub mod run;
 pub mod sampler;
+pub mod simulate;
 pub mod units;

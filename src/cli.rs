@@ -1,0 +1,224 @@
+//! The command line: flags exactly as typed, and what they do to the configuration.
+
+mod info;
+mod progress;
+mod simulate;
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::config::{Config, ConfigError, Engine, NoiseSource, SamplerKind, Tiling};
+use crate::run::{self, RunError};
+use crate::units::{Angle, Flux, Memory, Range};
+
+const EXAMPLES: &str = "\
+Examples:
+  vis2cat field.uvfits sources.fits
+      Sources in 1 deg x 1 deg about the phase centre, into sources.fits and
+      sources.posterior.fits.
+  vis2cat field.uvfits sources.fits --fov 10arcmin --flux 50uJy:5mJy --snr-cut 7
+      A smaller field, brighter sources, a stricter cut.
+  vis2cat field.uvfits sources.fits --tiles 1 --n-live 8000
+      The single global run of Malyali et al. (2018).
+  vis2cat info field.uvfits
+      What is in the file, and how noisy it is.
+  vis2cat simulate field.uvfits --array ska1-mid --sources 20 --truth truth.fits
+      A field to try it on.
+
+Exit codes:
+  0  done, also when no source was found
+  1  the run failed
+  2  the command line or the configuration is wrong
+  3  an input cannot be read or used
+  4  an output cannot be written";
+
+/// Radio-interferometer visibilities in, a source catalogue with full posteriors out.
+#[derive(Debug, Parser)]
+#[command(version, about, after_help = EXAMPLES, max_term_width = 100)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    detect: DetectArgs,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Prints what is in a visibility file
+    Info(info::InfoArgs),
+    /// Simulates an observation
+    Simulate(Box<simulate::SimulateArgs>),
+}
+
+/// Flags that every command knows.
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub struct CommonArgs {
+    /// Threads [default: all cores]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Replace outputs that exist
+    #[arg(long)]
+    pub overwrite: bool,
+    /// Nothing but errors
+    #[arg(long, short)]
+    pub quiet: bool,
+    /// More detail (-v, -vv)
+    #[arg(long, short, action = clap::ArgAction::Count, conflicts_with = "quiet")]
+    pub verbose: u8,
+}
+
+#[derive(Debug, Args)]
+struct DetectArgs {
+    /// Visibilities: a UVFITS file
+    #[arg(value_name = "IN", required = true)]
+    input: Option<PathBuf>,
+    /// Catalogue to write; the posterior samples go to OUT.posterior.fits
+    #[arg(value_name = "OUT.fits", required = true)]
+    output: Option<PathBuf>,
+    /// Options from a TOML file; flags win over it
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    #[command(flatten)]
+    flags: Flags,
+    #[command(flatten)]
+    common: CommonArgs,
+}
+
+/// Flags that change the configuration; one that is not given changes nothing.
+#[derive(Debug, Default, Args)]
+struct Flags {
+    /// Side of the square field of view about the phase centre [default: 1deg]
+    #[arg(long, value_name = "ANGLE")]
+    fov: Option<Angle>,
+    /// Name or number of the field, where the file holds several
+    #[arg(long, value_name = "FIELD")]
+    field: Option<String>,
+    /// Prior range of flux density [default: 10uJy:200uJy]
+    #[arg(long, value_name = "LOW:HIGH")]
+    flux: Option<Range<Flux>>,
+    /// Lowest matched-filter signal-to-noise ratio of a source [default: 6]
+    #[arg(long, value_name = "SNR")]
+    snr_cut: Option<f64>,
+    /// Lowest flux density of a source, instead of the signal-to-noise cut
+    #[arg(long, value_name = "FLUX")]
+    flux_cut: Option<Flux>,
+    /// Modes closer than this are one source [default: their own uncertainty, at least 0.4arcsec]
+    #[arg(long, value_name = "ANGLE")]
+    merge_radius: Option<Angle>,
+    /// Likelihood engine [default: exact]
+    #[arg(long, value_enum)]
+    engine: Option<Engine>,
+    /// Sampler [default: multinest]
+    #[arg(long, value_enum)]
+    sampler: Option<SamplerKind>,
+    /// Live points of each tile [default: 400; 8000 with --tiles 1]
+    #[arg(long, value_name = "N")]
+    n_live: Option<usize>,
+    /// Sampling efficiency [default: 0.8]
+    #[arg(long, value_name = "FRACTION")]
+    efficiency: Option<f64>,
+    /// At least this many tiles; 1 is one global run [default: by the resolution of the data]
+    #[arg(long, value_name = "N", conflicts_with = "tile_size")]
+    tiles: Option<usize>,
+    /// Largest side of a tile
+    #[arg(long, value_name = "ANGLE")]
+    tile_size: Option<Angle>,
+    /// Noise level: auto, weights, data or sefd=400Jy [default: auto]
+    #[arg(long, value_name = "SOURCE")]
+    noise: Option<NoiseSource>,
+    /// Keep the modes as first found: do not sample each source with the others removed
+    #[arg(long)]
+    no_refine: bool,
+    /// Seed of every random stream [default: 1]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Memory for visibilities; more are streamed from the file in each pass [default: 256MB]
+    #[arg(long, value_name = "SIZE")]
+    memory: Option<Memory>,
+    /// Acronym in front of source names [default: V2C]
+    #[arg(long, value_name = "TEXT")]
+    acronym: Option<String>,
+}
+
+/// Puts a given value in place of the old one.
+fn set<T>(target: &mut T, value: Option<T>) {
+    if let Some(value) = value {
+        *target = value;
+    }
+}
+
+impl Flags {
+    fn apply(self, config: &mut Config) {
+        set(&mut config.fov, self.fov);
+        set(&mut config.field, self.field.map(Some));
+        set(&mut config.prior.flux, self.flux);
+        set(&mut config.snr_cut, self.snr_cut);
+        set(&mut config.flux_cut, self.flux_cut.map(Some));
+        set(&mut config.merge_radius, self.merge_radius.map(Some));
+        set(&mut config.engine, self.engine);
+        set(&mut config.sampler, self.sampler);
+        set(&mut config.n_live, self.n_live.map(Some));
+        set(&mut config.efficiency, self.efficiency);
+        set(&mut config.tiles, self.tiles.map(Tiling::Count));
+        set(&mut config.tiles, self.tile_size.map(Tiling::Size));
+        set(&mut config.noise, self.noise);
+        set(&mut config.seed, self.seed);
+        set(&mut config.memory, self.memory);
+        set(&mut config.acronym, self.acronym);
+        config.refine &= !self.no_refine;
+    }
+}
+
+impl Cli {
+    /// Flags that every command knows.
+    pub fn common(&self) -> CommonArgs {
+        match &self.command {
+            Some(Command::Info(args)) => args.common(),
+            Some(Command::Simulate(args)) => args.common,
+            None => self.detect.common,
+        }
+    }
+
+    /// Runs the command; what it has to say goes to standard output.
+    ///
+    /// # Errors
+    /// Whatever stopped it.
+    pub fn execute(self) -> Result<(), RunError> {
+        match self.command {
+            Some(Command::Info(args)) => info::execute(&args),
+            Some(Command::Simulate(args)) => simulate::execute(*args),
+            None => detect(self.detect),
+        }
+    }
+}
+
+fn detect(args: DetectArgs) -> Result<(), RunError> {
+    let (Some(input), Some(output)) = (args.input, args.output) else {
+        return Err(RunError::Config(ConfigError::Value {
+            key: "IN OUT.fits",
+            value: String::new(),
+            what: "both are needed",
+        }));
+    };
+    let mut config = match &args.config {
+        Some(path) => Config::from_file(path)?,
+        None => Config::default(),
+    };
+    args.flags.apply(&mut config);
+    config.check()?;
+    let mut progress = progress::Bar::new(args.common.quiet);
+    let outcome = run::run(&input, &output, &config, args.common.overwrite, &mut progress)?;
+    progress.finish();
+    if !args.common.quiet {
+        say(&outcome.summary);
+    }
+    Ok(())
+}
+
+/// The one place where results are printed.
+#[allow(clippy::print_stdout)]
+fn say(text: &str) {
+    println!("{text}");
+}

@@ -1,0 +1,203 @@
+//! `vis2cat simulate`: an observation with known sources.
+
+use std::path::PathBuf;
+
+use clap::{ArgGroup, Args, ValueEnum};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use vis2cat_formats::{Corr, UvfitsWriter};
+
+use super::{CommonArgs, progress::Bar, say};
+use crate::catalogue::truth;
+use crate::config::PriorConfig;
+use crate::coords::RaDec;
+use crate::detect::{Observer, field_of_view};
+use crate::prior::N_DIM;
+use crate::rime::Source;
+use crate::run::RunError;
+use crate::simulate::{Array, SimulateConfig, SimulationSummary, parse_utc, simulate};
+use crate::units::{Angle, Duration, Flux, Frequency, MICROJY, Range};
+
+const EXAMPLES: &str = "\
+Examples:
+  vis2cat simulate field.uvfits --array ska1-mid --sources 20 --truth truth.fits
+  vis2cat simulate field.uvfits --array meerkat --catalogue truth.fits --tint 8s --hours 1
+  vis2cat simulate field.uvfits --array my_array.csv --sources 5 --fov 10arcmin --no-noise
+
+Nothing is smeared within a sample or a channel, and there is no primary beam.";
+
+/// Flags of `vis2cat simulate`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+#[command(group(ArgGroup::new("sky").required(true).args(["sources", "catalogue"])))]
+pub(crate) struct SimulateArgs {
+    /// UVFITS file to write
+    #[arg(value_name = "OUT.uvfits")]
+    output: PathBuf,
+    /// Built-in array (meerkat, ska1-mid, vla-a, ...) or a CSV file with name,x_m,y_m,z_m
+    #[arg(long, value_name = "NAME|FILE.csv")]
+    array: String,
+    /// Draw this many sources from the prior
+    #[arg(long, value_name = "N")]
+    sources: Option<usize>,
+    /// Take the sources from a FITS or CSV table with RA, DEC, Total_flux (as --truth writes it)
+    #[arg(long, value_name = "FILE")]
+    catalogue: Option<PathBuf>,
+    /// Range of flux densities to draw from
+    #[arg(long, value_name = "LOW:HIGH", default_value = "10uJy:200uJy")]
+    flux: Range<Flux>,
+    /// Side of the square to draw positions from
+    #[arg(long, value_name = "ANGLE", default_value = "1deg")]
+    fov: Angle,
+    /// Right ascension of the phase centre (ICRS), as 53.1deg or 3h32m24s
+    #[arg(long, value_name = "ANGLE", default_value = "53.1deg")]
+    ra: Angle,
+    /// Declination of the phase centre (ICRS), as -30deg or -30d15m0s
+    #[arg(long, value_name = "ANGLE", default_value = "-30deg", allow_hyphen_values = true)]
+    dec: Angle,
+    /// Length of the observation [h]
+    #[arg(long, value_name = "HOURS", default_value_t = 8.0)]
+    hours: f64,
+    /// Start (UTC), as 2020-01-01T12:00:00 [default: centred on transit on 2020-01-01]
+    #[arg(long, value_name = "TIME")]
+    start: Option<String>,
+    /// UT1-UTC, for times outside the built-in table
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    ut1_utc: Option<Duration>,
+    /// Integration time of a sample
+    #[arg(long, value_name = "TIME", default_value = "60s")]
+    tint: Duration,
+    /// Centre of the band
+    #[arg(long, value_name = "FREQ", default_value = "1.4GHz")]
+    freq: Frequency,
+    /// Width of the band
+    #[arg(long, value_name = "FREQ", default_value = "240MHz")]
+    bandwidth: Frequency,
+    /// Channels
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    channels: usize,
+    /// What each sample holds
+    #[arg(long, value_enum, default_value_t = Hands::XxYy)]
+    hands: Hands,
+    /// System equivalent flux density of every dish [default: the array's own]
+    #[arg(long, value_name = "FLUX", conflicts_with = "no_noise")]
+    sefd: Option<Flux>,
+    /// No noise; the weights stay those of the noise
+    #[arg(long)]
+    no_noise: bool,
+    /// Seed of the population and of the noise
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Table of the true sources to write
+    #[arg(long, value_name = "FILE.fits")]
+    truth: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) common: CommonArgs,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Hands {
+    XxYy,
+    RrLl,
+    Xx,
+    Rr,
+    I,
+}
+
+impl Hands {
+    fn corrs(self) -> Vec<Corr> {
+        match self {
+            Self::XxYy => vec![Corr::Xx, Corr::Yy],
+            Self::RrLl => vec![Corr::Rr, Corr::Ll],
+            Self::Xx => vec![Corr::Xx],
+            Self::Rr => vec![Corr::Rr],
+            Self::I => vec![Corr::I],
+        }
+    }
+}
+
+impl SimulateArgs {
+    fn centre(&self) -> RaDec {
+        RaDec { ra_rad: self.ra.0, dec_rad: self.dec.0 }
+    }
+
+    fn config(&self) -> Result<SimulateConfig, RunError> {
+        Ok(SimulateConfig {
+            array: Array::find(&self.array)?,
+            centre: self.centre(),
+            start_mjd: self.start.as_deref().map(parse_utc).transpose()?,
+            duration_s: self.hours * 3600.0,
+            interval_s: self.tint.0,
+            freq_hz: self.freq.0,
+            bandwidth_hz: self.bandwidth.0,
+            n_chan: self.channels,
+            corrs: self.hands.corrs(),
+            sefd_jy: self.sefd.map(|sefd| sefd.0),
+            noise: !self.no_noise,
+            seed: self.seed,
+            ut1_utc_s: self.ut1_utc.map(|t| t.0),
+            ..SimulateConfig::default()
+        })
+    }
+
+    fn population(&self) -> Result<Vec<Source>, RunError> {
+        if let Some(path) = &self.catalogue {
+            return Ok(truth::read(path, self.centre())?);
+        }
+        let prior = PriorConfig { flux: self.flux, ..PriorConfig::default() }.source_prior();
+        let field = field_of_view(self.fov.0);
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        // A stream of its own: the noise has the others.
+        rng.set_stream(u64::MAX);
+        let draw = |_| prior.source(&field, &std::array::from_fn::<f64, N_DIM, _>(|_| rng.random()));
+        Ok((0..self.sources.unwrap_or(0)).map(draw).collect())
+    }
+}
+
+/// Simulates and says what came out.
+pub(crate) fn execute(args: SimulateArgs) -> Result<(), RunError> {
+    let config = args.config()?;
+    let sources = args.population()?;
+    if let Some(path) = &args.truth {
+        crate::run::refuse_existing(path, args.common.overwrite)?;
+    }
+    let observation = crate::simulate::observation(&config)?;
+    let mut writer = UvfitsWriter::create(&args.output, &observation, args.common.overwrite)?;
+    let mut bar = Bar::new(args.common.quiet);
+    bar.stage("simulating", observation.n_row);
+    let summary = simulate(&config, &sources, &mut writer, &mut |done, _| bar.advance(done, 0))?;
+    bar.finish();
+    if let Some(path) = &args.truth {
+        truth::write(path, args.common.overwrite, args.centre(), &sources, &summary.snr_s)?;
+    }
+    Box::new(writer).finish()?;
+    if !args.common.quiet {
+        say(&describe(&args, &summary, sources.len()));
+    }
+    Ok(())
+}
+
+fn describe(args: &SimulateArgs, summary: &SimulationSummary, n_source: usize) -> String {
+    let (faint, bright) = summary
+        .snr_s
+        .iter()
+        .fold((f64::INFINITY, 0.0f64), |(low, high), snr| (low.min(*snr), high.max(*snr)));
+    let mut text = format!(
+        "{}: {} rows, {} times, {} visibilities, longest baseline {:.0} wavelengths\n",
+        args.output.display(),
+        summary.n_row,
+        summary.n_time,
+        summary.n_vis,
+        summary.uv_max_lambda,
+    );
+    text += &format!("noise {:.4} to {:.4} mJy a visibility", summary.sigma_jy[0] * 1e3, summary.sigma_jy[1] * 1e3);
+    if n_source > 0 {
+        text += &format!("; {n_source} sources with SNR {faint:.1} to {bright:.1}");
+    }
+    for warning in &summary.warnings {
+        text += &format!("\nwarning: {warning}");
+    }
+    let fluxes = (args.flux.low.0 / MICROJY, args.flux.high.0 / MICROJY);
+    tracing::info!("flux densities drawn from {} to {} uJy", fluxes.0, fluxes.1);
+    text
+}

@@ -1,0 +1,109 @@
+//! Celestial frames of old files, turned to ICRS.
+
+use sofars::pnp::prec76;
+use sofars::star::{fk5hz, fk45z};
+use vis2cat_formats::Frame;
+
+use super::{Lm, RaDec};
+use crate::rime::Source;
+use crate::rime::shape::Ellipticity;
+use crate::units::ARCSEC;
+
+const J2000: f64 = 2_451_545.0;
+const JULIAN_YEAR_DAYS: f64 = 365.25;
+
+/// A phase centre in ICRS, and how far the file's own axes are turned about it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IcrsCentre {
+    /// Phase centre, ICRS.
+    pub centre: RaDec,
+    /// Direction of the file's north, from ICRS north towards east [rad].
+    pub north_rad: f64,
+}
+
+impl IcrsCentre {
+    /// The ICRS centre of a field whose phase centre is `native` in `frame`.
+    ///
+    /// # Source
+    /// IAU SOFA routines prec76, fk45z and fk5hz.
+    pub fn new(native: RaDec, frame: Frame) -> Self {
+        let centre = to_icrs(native, frame);
+        let step_rad = 60.0 * ARCSEC;
+        let northern = RaDec::from_lm(Lm { l: 0.0, m: step_rad }, native);
+        let north = to_icrs(northern, frame).to_lm(centre);
+        Self { centre, north_rad: north.l.atan2(north.m) }
+    }
+
+    /// `source` with its position and shape about the ICRS axes.
+    pub fn turn(&self, source: &Source) -> Source {
+        let (sin, cos) = self.north_rad.sin_cos();
+        let (sin2, cos2) = (2.0 * self.north_rad).sin_cos();
+        let (lm, e) = (source.lm, source.e);
+        Source {
+            lm: Lm { l: lm.l * cos + lm.m * sin, m: lm.m * cos - lm.l * sin },
+            e: Ellipticity { e1: e.e1 * cos2 + e.e2 * sin2, e2: e.e2 * cos2 - e.e1 * sin2 },
+            ..*source
+        }
+    }
+}
+
+fn to_icrs(native: RaDec, frame: Frame) -> RaDec {
+    let fk5 = match frame {
+        Frame::Icrs => return native,
+        Frame::Fk5(equinox) => precess_to_j2000(native, equinox),
+        Frame::Fk4(equinox) => {
+            let (ra_rad, dec_rad) = fk45z(native.ra_rad, native.dec_rad, equinox);
+            RaDec { ra_rad, dec_rad }
+        }
+    };
+    let (ra_rad, dec_rad) = fk5hz(fk5.ra_rad, fk5.dec_rad, J2000, 0.0);
+    RaDec { ra_rad, dec_rad }
+}
+
+/// Precession from `equinox` to J2000 by the IAU 1976 angles.
+fn precess_to_j2000(native: RaDec, equinox: f64) -> RaDec {
+    let days = (equinox - 2000.0) * JULIAN_YEAR_DAYS;
+    let (zeta, z, theta) = prec76(J2000, days, J2000, 0.0);
+    let (sin_dec, cos_dec) = native.dec_rad.sin_cos();
+    let (sin_ra, cos_ra) = (native.ra_rad + zeta).sin_cos();
+    let (sin_theta, cos_theta) = theta.sin_cos();
+    let x = cos_theta * cos_dec * cos_ra - sin_theta * sin_dec;
+    let y = cos_dec * sin_ra;
+    let sin_new = sin_theta * cos_dec * cos_ra + cos_theta * sin_dec;
+    RaDec {
+        ra_rad: (y.atan2(x) + z).rem_euclid(std::f64::consts::TAU),
+        dec_rad: sin_new.atan2(x.hypot(y)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::DEG;
+
+    fn close(a: RaDec, ra_deg: f64, dec_deg: f64, tolerance_arcsec: f64) {
+        let want = RaDec { ra_rad: ra_deg * DEG, dec_rad: dec_deg * DEG };
+        let off = a.to_lm(want);
+        assert!(off.l.hypot(off.m) < tolerance_arcsec * ARCSEC, "{a:?}");
+    }
+
+    /// Reference values by astropy's FK5 and FK4 frames transformed to ICRS.
+    #[test]
+    fn old_frames_agree_with_astropy() {
+        let native = RaDec { ra_rad: 187.5 * DEG, dec_rad: 12.0 * DEG };
+        close(to_icrs(native, Frame::Fk5(2000.0)), 187.499994874, 12.000001785, 1e-3);
+        close(to_icrs(native, Frame::Fk5(1975.0)), 187.816340136, 11.862056165, 1e-2);
+        close(to_icrs(native, Frame::Fk4(1950.0)), 188.132704822, 11.724209986, 0.2);
+    }
+
+    #[test]
+    fn a_turned_source_lies_where_its_own_direction_says() {
+        let (native, frame) = (RaDec { ra_rad: 1.0, dec_rad: 1.2 }, Frame::Fk4(1950.0));
+        let icrs = IcrsCentre::new(native, frame);
+        let source = Source { lm: Lm { l: 2e-3, m: -1e-3 }, ..Source::default() };
+        let direct = to_icrs(RaDec::from_lm(source.lm, native), frame).to_lm(icrs.centre);
+        let turned = icrs.turn(&source).lm;
+        assert!((direct.l - turned.l).hypot(direct.m - turned.m) < 1e-2 * ARCSEC);
+        assert!(icrs.north_rad.abs() > 1e-3);
+    }
+}

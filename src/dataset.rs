@@ -1,0 +1,145 @@
+//! The selected samples of an observation, resident or streamed again from the file.
+//!
+//! The samples are cut into blocks of [`BLOCK_LEN`] in file order, whatever the memory budget, so
+//! that the same sums come out whether they are held or streamed.
+
+mod evaluate;
+mod ingest;
+mod noise;
+mod open;
+mod overview;
+mod stream;
+
+pub use evaluate::Request;
+pub use noise::{DifferenceMethod, NoiseReport, NoiseUsed};
+pub use open::OpenOptions;
+pub use overview::Overview;
+
+use rayon::prelude::*;
+use vis2cat_formats::{Field, Observation};
+
+use crate::likelihood::{VisBlock, subtract};
+use crate::rime::Source;
+use crate::rime::shape::Profile;
+
+/// Samples in a block: 36 bytes each, so that a block stays in a core's second-level cache.
+pub const BLOCK_LEN: usize = 8192;
+/// Bytes that a sample takes.
+pub const SAMPLE_BYTES: usize = 3 * size_of::<f64>() + 3 * size_of::<f32>();
+
+/// Something went wrong on the way from the file to the samples.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DatasetError {
+    /// The file.
+    #[error(transparent)]
+    Read(#[from] vis2cat_formats::ReadError),
+    /// The file is fine but there is nothing in it that we could use.
+    #[error("{path}: {what}")]
+    Unusable {
+        /// File.
+        path: std::path::PathBuf,
+        /// Why, and what to try.
+        what: String,
+    },
+}
+
+/// Counts and scales of the selected samples.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct DataInfo {
+    /// Rows read.
+    pub n_row: u64,
+    /// Rows of the chosen field that are no autocorrelations.
+    pub n_row_used: u64,
+    /// Stokes I samples used.
+    pub n_sample: u64,
+    /// Stokes I samples lost to flags.
+    pub n_flagged: u64,
+    /// First time stamp [MJD].
+    pub first_mjd: f64,
+    /// Last time stamp [MJD].
+    pub last_mjd: f64,
+    /// Weighted mean frequency [Hz].
+    pub mean_freq_hz: f64,
+    /// Longest baseline used [wavelength].
+    pub max_uv: f64,
+    /// Largest |w| used [wavelength].
+    pub max_w: f64,
+    /// Width (standard deviation) of the response to a typical source at natural weight [rad].
+    pub beam_rad: f64,
+    /// Noise level and where it comes from.
+    pub noise: NoiseReport,
+}
+
+/// The selected samples, less the sources found so far.
+pub struct Dataset {
+    observation: Observation,
+    field: u32,
+    info: DataInfo,
+    profile: Profile,
+    store: Store,
+    removed: Vec<Source>,
+}
+
+enum Store {
+    Resident(Vec<VisBlock>),
+    Streamed(stream::Stream),
+}
+
+impl Dataset {
+    /// What the file is about.
+    pub fn observation(&self) -> &Observation {
+        &self.observation
+    }
+
+    /// Counts and scales.
+    pub fn info(&self) -> &DataInfo {
+        &self.info
+    }
+
+    /// True if the samples are streamed from the file in every pass.
+    pub fn is_streamed(&self) -> bool {
+        matches!(self.store, Store::Streamed(_))
+    }
+
+    /// The phase centre that the data are selected for.
+    pub fn phase_centre(&self) -> &Field {
+        &self.observation.fields[self.field as usize]
+    }
+
+    /// Sets the sources that are subtracted from the data before anything is evaluated.
+    pub fn set_removed(&mut self, sources: Vec<Source>) {
+        match &mut self.store {
+            Store::Resident(blocks) => {
+                let mut changes = without(&sources, &self.removed);
+                changes.extend(negated(&without(&self.removed, &sources)));
+                let profile = self.profile;
+                blocks.par_iter_mut().for_each(|block| subtract(block, &changes, profile));
+            }
+            Store::Streamed(stream) => stream.removed.clone_from(&sources),
+        }
+        self.removed = sources;
+    }
+
+    /// Calls `visit` with the samples less the removed sources, batches of blocks in file order.
+    fn for_each_batch(
+        &mut self,
+        mut visit: impl FnMut(&[VisBlock]),
+    ) -> Result<(), DatasetError> {
+        match &mut self.store {
+            Store::Resident(blocks) => visit(blocks),
+            Store::Streamed(stream) => stream.for_each_batch(visit)?,
+        }
+        Ok(())
+    }
+}
+
+/// The sources of `all` that are not in `some`.
+fn without(all: &[Source], some: &[Source]) -> Vec<Source> {
+    all.iter().filter(|source| !some.contains(source)).copied().collect()
+}
+
+/// The sources with their flux density negated: subtracting these adds them.
+fn negated(sources: &[Source]) -> Vec<Source> {
+    sources.iter().map(|source| Source { flux_jy: -source.flux_jy, ..*source }).collect()
+}

@@ -1,0 +1,198 @@
+//! Rows of a file to blocks of Stokes I samples.
+
+use num_complex::Complex;
+use vis2cat_formats::{Observation, StokesI, VisChunk, VisReader};
+
+use super::{BLOCK_LEN, DatasetError};
+use crate::likelihood::VisBlock;
+use crate::units::SPEED_OF_LIGHT;
+
+/// Rows that are read at a time.
+const CHUNK_ROWS: usize = 4096;
+/// Values that a chunk may hold: wide data are read in fewer rows.
+const CHUNK_VALUES: usize = 1 << 20;
+
+/// System efficiency in the radiometer equation (Wrobel & Walker 1999).
+pub(super) const SYSTEM_EFFICIENCY: f64 = 0.9;
+
+/// Which weights the samples get.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum WeightRule {
+    /// The file's, multiplied by this.
+    Scaled(f64),
+    /// From the system equivalent flux density [Jy], channel width and integration time.
+    Sefd(f64),
+}
+
+/// Which rows are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum FieldChoice {
+    /// Those of every field.
+    All,
+    /// Those of one.
+    One(u32),
+}
+
+/// What one Stokes I sample is made of, for whoever wants to look on.
+pub(super) struct Sample {
+    /// Index of the row's two antennas.
+    pub(super) baseline: (u32, u32),
+    /// Channel.
+    pub(super) chan: usize,
+    /// Time stamp [MJD].
+    pub(super) time_mjd: f64,
+    /// Frequency [Hz].
+    pub(super) freq_hz: f64,
+    /// Baseline coordinates [wavelength].
+    pub(super) uvw: [f64; 3],
+    /// Stokes I [Jy].
+    pub(super) vis_jy: Complex<f32>,
+    /// Weight before any scaling.
+    pub(super) weight: f32,
+    /// Half the difference of the two hands [Jy], where both are there.
+    pub(super) half_difference_jy: Option<Complex<f32>>,
+}
+
+/// Looks on while a file is read.
+pub(super) trait Tally {
+    /// Rows have come from the file.
+    fn chunk(&mut self, _chunk: &VisChunk) {}
+    /// A used row begins.
+    fn row(&mut self) {}
+    /// A sample is used.
+    fn sample(&mut self, _sample: &Sample) {}
+    /// A sample is lost to flags.
+    fn flagged(&mut self) {}
+}
+
+/// Nobody looks on.
+pub(super) struct NoTally;
+impl Tally for NoTally {}
+
+/// Reads samples, block after block.
+pub(super) struct Ingest {
+    reader: Box<dyn VisReader>,
+    rule: StokesI,
+    field: FieldChoice,
+    weights: WeightRule,
+    chunk: VisChunk,
+    /// Next row of the chunk.
+    row: usize,
+    at_end: bool,
+    /// Rows taken from the file since the start.
+    pub(super) n_row: u64,
+}
+
+impl Ingest {
+    pub(super) fn new(
+        reader: Box<dyn VisReader>,
+        rule: StokesI,
+        field: FieldChoice,
+        weights: WeightRule,
+    ) -> Self {
+        let observation = reader.observation();
+        let n_chan = observation.freq_setups.iter().map(|s| s.freq_hz_f.len()).max().unwrap_or(1);
+        let values = (n_chan * observation.corrs.len()).max(1);
+        let max_row = (CHUNK_VALUES / values).clamp(1, CHUNK_ROWS);
+        let chunk = VisChunk::new(max_row);
+        Self { reader, rule, field, weights, chunk, row: 0, at_end: false, n_row: 0 }
+    }
+
+    pub(super) fn observation(&self) -> &Observation {
+        self.reader.observation()
+    }
+
+    pub(super) fn set_weights(&mut self, weights: WeightRule) {
+        self.weights = weights;
+    }
+
+    pub(super) fn rewind(&mut self) -> Result<(), DatasetError> {
+        self.reader.rewind()?;
+        self.chunk.clear(0, 0);
+        (self.row, self.at_end, self.n_row) = (0, false, 0);
+        Ok(())
+    }
+
+    /// The next blocks, none at the end. A row is never split, so a block holds at least
+    /// [`BLOCK_LEN`] samples (the last one fewer) and at most one row more.
+    pub(super) fn next_block(
+        &mut self,
+        tally: &mut impl Tally,
+    ) -> Result<Option<VisBlock>, DatasetError> {
+        let mut block = VisBlock::default();
+        while block.len() < BLOCK_LEN && !self.at_end {
+            if self.row == self.chunk.n_row {
+                self.row = 0;
+                let n = self.reader.read_chunk(&mut self.chunk)?;
+                self.n_row += n as u64;
+                self.at_end = n == 0;
+                tally.chunk(&self.chunk);
+            } else {
+                self.take_row(self.row, &mut block, tally);
+                self.row += 1;
+            }
+        }
+        Ok(if block.is_empty() { None } else { Some(block) })
+    }
+
+    fn take_row(&self, r: usize, block: &mut VisBlock, tally: &mut impl Tally) {
+        let chunk = &self.chunk;
+        let baseline = (chunk.ant1_r[r], chunk.ant2_r[r]);
+        let is_other = matches!(self.field, FieldChoice::One(field) if field != chunk.field_r[r]);
+        if baseline.0 == baseline.1 || is_other {
+            return;
+        }
+        tally.row();
+        let observation = self.reader.observation();
+        let setup = &observation.freq_setups[chunk.freq_setup_r[r] as usize];
+        let uvw_m = chunk.uvw_m_r[r];
+        for chan in 0..chunk.n_chan {
+            let first = (r * chunk.n_chan + chan) * chunk.n_corr;
+            let range = first..first + chunk.n_corr;
+            let hand_weight = self.hand_weight(setup.chan_width_hz_f[chan], chunk.interval_s_r[r]);
+            let stokes = self.rule.apply(
+                &chunk.vis_jy_rfp[range.clone()],
+                &chunk.weight_rfp[range.clone()],
+                &chunk.flag_rfp[range],
+                hand_weight,
+            );
+            let Some(stokes) = stokes else {
+                tally.flagged();
+                continue;
+            };
+            let freq_hz = setup.freq_hz_f[chan];
+            let uvw = uvw_m.map(|metres| metres * freq_hz / SPEED_OF_LIGHT);
+            tally.sample(&Sample {
+                baseline,
+                chan,
+                time_mjd: chunk.time_mjd_r[r],
+                freq_hz,
+                uvw,
+                vis_jy: stokes.vis_jy,
+                weight: stokes.weight,
+                half_difference_jy: stokes.half_difference_jy,
+            });
+            self.push(block, uvw, stokes.vis_jy, stokes.weight);
+        }
+    }
+
+    /// Weight of one hand [Jy⁻²] where the file's is not to be used.
+    fn hand_weight(&self, chan_width_hz: f64, interval_s: f64) -> Option<f32> {
+        let WeightRule::Sefd(sefd_jy) = self.weights else { return None };
+        let samples = 2.0 * chan_width_hz.abs() * interval_s;
+        Some((samples * (SYSTEM_EFFICIENCY / sefd_jy).powi(2)) as f32)
+    }
+
+    fn push(&self, block: &mut VisBlock, uvw: [f64; 3], vis_jy: Complex<f32>, weight: f32) {
+        let weight = match self.weights {
+            WeightRule::Scaled(scale) => (f64::from(weight) * scale) as f32,
+            WeightRule::Sefd(_) => weight,
+        };
+        block.u.push(uvw[0]);
+        block.v.push(uvw[1]);
+        block.w.push(uvw[2]);
+        block.weighted_re.push(weight * vis_jy.re);
+        block.weighted_im.push(weight * vis_jy.im);
+        block.weight.push(weight);
+    }
+}

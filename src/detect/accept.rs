@@ -1,0 +1,117 @@
+//! From modes to sources: duplicates, cuts, and the subtraction of the strongest first.
+
+use super::mean_shift::mean_shift;
+use super::{DetectError, Mode, Status};
+use crate::dataset::{Dataset, Request};
+use crate::rime::Source;
+
+/// What makes a mode a source.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cuts {
+    /// Lowest matched-filter signal-to-noise ratio, unless there is a flux cut.
+    pub snr: f64,
+    /// Lowest posterior mean flux density [Jy].
+    pub flux_jy: Option<f64>,
+    /// Radius of the mean shift [rad]; none = each mode's own uncertainty.
+    pub merge_radius_rad: Option<f64>,
+    /// Floor of that uncertainty [rad].
+    pub merge_floor_rad: f64,
+}
+
+impl Cuts {
+    fn passes(&self, mode: &Mode) -> bool {
+        match self.flux_jy {
+            Some(flux_jy) => mode.mean.flux_jy >= flux_jy,
+            None => mode.snr_peak() >= self.snr,
+        }
+    }
+}
+
+/// Sets the status of every mode; the sources already removed from `dataset` stay removed, and
+/// those accepted here are removed too.
+pub(super) fn accept(
+    dataset: &mut Dataset,
+    removed: &[Source],
+    modes: &mut [Mode],
+    cuts: &Cuts,
+) -> Result<(), DetectError> {
+    evaluate_best(dataset, modes)?;
+    for mode in modes.iter_mut() {
+        mode.status = if mode.best_log_l <= 0.0 {
+            Status::WorseThanNoSource
+        } else if cuts.passes(mode) {
+            Status::Kept
+        } else {
+            Status::BelowCut
+        };
+    }
+    drop_duplicates(modes, cuts);
+    strongest_first(dataset, removed, modes, cuts)
+}
+
+/// X and Y of the best sample of every mode.
+fn evaluate_best(dataset: &mut Dataset, modes: &mut [Mode]) -> Result<(), DetectError> {
+    let points = modes.iter().map(|mode| mode.best).collect();
+    let xy = dataset.evaluate(&[Request { points, restored: Vec::new() }])?;
+    for (mode, xy) in modes.iter_mut().zip(&xy[0]) {
+        mode.best_xy = *xy;
+    }
+    Ok(())
+}
+
+/// Of the modes of one cluster the one with the highest local evidence stays.
+fn drop_duplicates(modes: &mut [Mode], cuts: &Cuts) {
+    let kept = indices(modes, Status::Kept);
+    let positions: Vec<_> = kept.iter().map(|&i| modes[i].mean.lm).collect();
+    let bandwidth: Vec<_> = kept
+        .iter()
+        .map(|&i| {
+            let own = modes[i].position_sigma_rad.max(cuts.merge_floor_rad);
+            cuts.merge_radius_rad.unwrap_or(own)
+        })
+        .collect();
+    let cluster = mean_shift(&positions, &bandwidth);
+    for (&i, &c) in kept.iter().zip(&cluster) {
+        let beaten = kept.iter().zip(&cluster).any(|(&j, &d)| {
+            c == d && (modes[j].log_z, std::cmp::Reverse(j)) > (modes[i].log_z, std::cmp::Reverse(i))
+        });
+        if beaten {
+            modes[i].status = Status::F1Duplicate;
+        }
+    }
+}
+
+/// Takes the strongest mode, subtracts it, looks at the others again, and so on.
+fn strongest_first(
+    dataset: &mut Dataset,
+    removed: &[Source],
+    modes: &mut [Mode],
+    cuts: &Cuts,
+) -> Result<(), DetectError> {
+    let mut open = indices(modes, Status::Kept);
+    let mut removed = removed.to_vec();
+    while !open.is_empty() {
+        let points = open.iter().map(|&i| modes[i].best).collect();
+        let xy = dataset.evaluate(&[Request { points, restored: Vec::new() }])?;
+        for (&i, xy) in open.iter().zip(&xy[0]) {
+            modes[i].best_xy = *xy;
+            if xy.snr_peak() < cuts.snr {
+                modes[i].status = Status::ExplainedByBrighter;
+            }
+        }
+        open.retain(|&i| modes[i].status == Status::Kept);
+        let strongest = open.iter().copied().max_by(|&i, &j| {
+            modes[i].snr_peak().total_cmp(&modes[j].snr_peak())
+        });
+        if let Some(strongest) = strongest {
+            open.retain(|&i| i != strongest);
+            removed.push(modes[strongest].mean);
+            dataset.set_removed(removed.clone());
+        }
+    }
+    Ok(())
+}
+
+fn indices(modes: &[Mode], status: Status) -> Vec<usize> {
+    (0..modes.len()).filter(|&i| modes[i].status == status).collect()
+}

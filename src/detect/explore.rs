@@ -1,0 +1,155 @@
+//! Many nested samplers side by side over one data set: every pass over the data serves the
+//! batches of all of them.
+
+use rayon::prelude::*;
+
+use super::mode::ModeSample;
+use super::{DetectError, Observer};
+use crate::dataset::{Dataset, Request};
+use crate::prior::{N_DIM, Region, SourcePrior};
+use crate::rime::Source;
+use crate::sampler::{NestedRun, Sampler, SamplerError};
+use crate::units::ARCSEC;
+
+/// Regions explored at a time: enough points for a pass, few enough dead points to hold.
+const IN_FLIGHT: usize = 64;
+
+/// What a new sampler needs to know.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SamplerSettings {
+    /// Live points.
+    pub n_live: usize,
+    /// Seed of its random stream.
+    pub seed: u64,
+}
+
+/// Makes the samplers.
+pub type SamplerFactory = dyn Fn(SamplerSettings) -> Box<dyn Sampler> + Sync;
+
+/// A region to explore.
+#[derive(Debug, Clone)]
+pub(super) struct Target {
+    /// Where.
+    pub(super) region: Region,
+    /// The removed sources that are put back for it.
+    pub(super) restored: Vec<Source>,
+    /// Its sampler.
+    pub(super) sampler: SamplerSettings,
+}
+
+/// A finished region.
+pub(super) struct Explored {
+    /// Position in the list of targets.
+    pub(super) index: usize,
+    pub(super) region: Region,
+    pub(super) run: NestedRun,
+}
+
+struct Active {
+    index: usize,
+    target: Target,
+    sampler: Box<dyn Sampler>,
+}
+
+/// Explores all targets and hands each to `done` as it finishes; returns the likelihood evaluations.
+pub(super) fn explore(
+    dataset: &mut Dataset,
+    prior: &SourcePrior,
+    factory: &SamplerFactory,
+    targets: Vec<Target>,
+    observer: &mut dyn Observer,
+    done: &mut dyn FnMut(Explored),
+) -> Result<u64, DetectError> {
+    let mut queue = targets.into_iter().enumerate();
+    let mut active: Vec<Active> = Vec::new();
+    let (mut n_eval, mut n_done) = (0, 0);
+    loop {
+        active.extend(queue.by_ref().take(IN_FLIGHT - active.len()).map(|(index, target)| Active {
+            index,
+            sampler: factory(target.sampler),
+            target,
+        }));
+        if active.is_empty() {
+            return Ok(n_eval);
+        }
+        let points = ask_all(&mut active, prior)?;
+        n_eval += points.iter().map(|p| p.len() as u64).sum::<u64>();
+        let log_l = evaluate(dataset, &active, &points)?;
+        tell_all(&mut active, &log_l)?;
+        let (going_on, finished): (Vec<_>, Vec<_>) =
+            active.into_iter().zip(points).partition(|(_, points)| !points.is_empty());
+        active = going_on.into_iter().map(|(region, _)| region).collect();
+        n_done += finished.len() as u64;
+        for (Active { index, target, sampler }, _) in finished {
+            done(Explored { index, region: target.region, run: sampler.finish() });
+        }
+        observer.advance(n_done, n_eval);
+    }
+}
+
+/// The points that each region wants evaluated; none = finished.
+fn ask_all(active: &mut [Active], prior: &SourcePrior) -> Result<Vec<Vec<Source>>, DetectError> {
+    active
+        .par_iter_mut()
+        .map(|a| {
+            let region = a.target.region;
+            let u = a.sampler.ask().map_err(|e| in_region(&region, e))?;
+            Ok(u.chunks_exact(N_DIM).map(|u| prior.source(&region, u)).collect())
+        })
+        .collect()
+}
+
+fn tell_all(active: &mut [Active], log_l: &[Vec<f64>]) -> Result<(), DetectError> {
+    active.par_iter_mut().zip(log_l).filter(|(_, log_l)| !log_l.is_empty()).try_for_each(
+        |(a, log_l)| a.sampler.tell(log_l).map_err(|e| in_region(&a.target.region, e)),
+    )
+}
+
+/// ln L of every point. Regions that see the same data share one request.
+fn evaluate(
+    dataset: &mut Dataset,
+    active: &[Active],
+    points: &[Vec<Source>],
+) -> Result<Vec<Vec<f64>>, DetectError> {
+    let mut requests: Vec<Request> = Vec::new();
+    let mut place = Vec::with_capacity(active.len());
+    for (a, points) in active.iter().zip(points) {
+        let restored = &a.target.restored;
+        let r = requests.iter().position(|r| &r.restored == restored).unwrap_or_else(|| {
+            requests.push(Request { points: Vec::new(), restored: restored.clone() });
+            requests.len() - 1
+        });
+        place.push((r, requests[r].points.len()));
+        requests[r].points.extend_from_slice(points);
+    }
+    let xy = dataset.evaluate(&requests)?;
+    Ok(points
+        .iter()
+        .zip(place)
+        .map(|(points, (r, first))| {
+            let xy = &xy[r][first..first + points.len()];
+            points.iter().zip(xy).map(|(p, xy)| xy.log_l(p.flux_jy)).collect()
+        })
+        .collect())
+}
+
+fn in_region(region: &Region, source: SamplerError) -> DetectError {
+    let centre = region.from_unit(0.5, 0.5);
+    DetectError::Sampler { l_arcsec: centre.l / ARCSEC, m_arcsec: centre.m / ARCSEC, source }
+}
+
+/// Dead points with weights as samples of sources.
+pub(super) fn samples(
+    run: &NestedRun,
+    weights: impl Iterator<Item = (usize, f64)>,
+    region: &Region,
+    prior: &SourcePrior,
+) -> Vec<ModeSample> {
+    weights
+        .map(|(i, weight)| ModeSample {
+            source: prior.source(region, &run.dead[i].u),
+            log_l: run.dead[i].log_l,
+            weight,
+        })
+        .collect()
+}

@@ -1,0 +1,204 @@
+//! The whole of detection, readable aloud.
+
+use super::accept::{Cuts, accept};
+use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore, samples};
+use super::refine::Refinement;
+use super::{DetectError, Mode, Observer, Status, Tile};
+use crate::dataset::{Dataset, Request};
+use crate::prior::{Region, SourcePrior};
+
+/// Searches of the tiles that hold sources, with these removed, before we let it be.
+const MOST_SEARCHES: usize = 5;
+
+/// What to look for, and how.
+pub struct Settings<'a> {
+    /// The field of view.
+    pub field: Region,
+    /// Its tiles.
+    pub tiles: Vec<Tile>,
+    /// Prior of one source.
+    pub prior: SourcePrior,
+    /// What makes a mode a source.
+    pub cuts: Cuts,
+    /// Makes the samplers.
+    pub factory: &'a SamplerFactory,
+    /// Live points of a tile.
+    pub n_live: usize,
+    /// Live points about a single source.
+    pub n_live_refine: usize,
+    /// Sample sources again with the others removed, and search again under them.
+    pub refine: bool,
+    /// Seed of every random stream.
+    pub seed: u64,
+}
+
+/// What was found.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Detection {
+    /// Every mode of every tile, with its status, in order of tiles.
+    pub modes: Vec<Mode>,
+    /// The sources, brightest first: each with the index of its mode in `modes`.
+    pub sources: Vec<Detected>,
+    /// Likelihood evaluations.
+    pub n_eval: u64,
+    /// Global evidence of the first search, against no source, over the whole field.
+    pub log_z: f64,
+}
+
+/// A source and where it came from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Detected {
+    /// Its final posterior.
+    pub posterior: Mode,
+    /// Index of the mode that it was found as.
+    pub mode: usize,
+    /// Posterior mean of S sqrt(Y).
+    pub snr: f64,
+}
+
+/// Finds the sources in the data, which are left with all of them removed.
+///
+/// # Errors
+/// The data can no longer be read, or a sampler is stuck.
+pub fn detect(
+    dataset: &mut Dataset,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+) -> Result<Detection, DetectError> {
+    let mut detection = Detection::default();
+    let mut sources: Vec<(usize, Mode)> = Vec::new();
+    let mut to_search = settings.tiles.clone();
+    for search in 0..MOST_SEARCHES {
+        let first = detection.modes.len();
+        let (mut modes, n_eval, log_z) =
+            search_tiles(dataset, settings, &to_search, search, observer)?;
+        detection.n_eval += n_eval;
+        if search == 0 {
+            detection.log_z = log_z;
+        }
+        let removed: Vec<_> = sources.iter().map(|(_, mode)| mode.mean).collect();
+        accept(dataset, &removed, &mut modes, &settings.cuts)?;
+        let is_new = |mode: &Mode| mode.status == Status::Kept;
+        let new = modes.iter().enumerate().filter(|(_, mode)| is_new(mode));
+        let n_before = sources.len();
+        sources.extend(new.map(|(i, mode)| (first + i, mode.clone())));
+        detection.modes.extend(modes.into_iter().map(Mode::without_samples));
+        if !settings.refine || sources.len() == n_before {
+            break;
+        }
+        detection.n_eval += refine(dataset, settings, &mut sources, search, observer)?;
+        if settings.tiles.len() == 1 {
+            break;
+        }
+        to_search.retain(|tile| sources[n_before..].iter().any(|(_, m)| tile.region.contains(m.mean.lm)));
+    }
+    detection.sources = with_snr(dataset, sources)?;
+    Ok(detection)
+}
+
+/// Every mode of the tiles, in order of tiles, with the evidence of all.
+fn search_tiles(
+    dataset: &mut Dataset,
+    settings: &Settings,
+    tiles: &[Tile],
+    search: usize,
+    observer: &mut dyn Observer,
+) -> Result<(Vec<Mode>, u64, f64), DetectError> {
+    observer.stage("searching tiles", tiles.len() as u64);
+    let target = |tile: &Tile| Target {
+        region: tile.region,
+        restored: Vec::new(),
+        sampler: SamplerSettings {
+            n_live: settings.n_live,
+            seed: stream_seed(settings.seed, [1, search as u64, tile.id as u64]),
+        },
+    };
+    let mut found: Vec<(Vec<Mode>, f64)> = vec![(Vec::new(), f64::NEG_INFINITY); tiles.len()];
+    let targets = tiles.iter().map(target).collect();
+    let n_eval =
+        explore(dataset, &settings.prior, settings.factory, targets, observer, &mut |explored| {
+            let log_share = (explored.region.area() / settings.field.area()).ln();
+            let log_z = explored.run.evidence().log_z + log_share;
+            let tile = tiles[explored.index].id;
+            found[explored.index] = (modes_of(tile, &explored, settings, log_share), log_z);
+        })?;
+    let log_z = log_sum_exp(found.iter().map(|(_, log_z)| *log_z));
+    Ok((found.into_iter().flat_map(|(modes, _)| modes).collect(), n_eval, log_z))
+}
+
+fn modes_of(tile: usize, explored: &Explored, settings: &Settings, log_share: f64) -> Vec<Mode> {
+    let Explored { region, run, .. } = explored;
+    run.modes()
+        .into_iter()
+        .map(|mode| {
+            let weights = mode.weights.iter().copied().filter(|(_, weight)| *weight > 0.0);
+            let samples = samples(run, weights, region, &settings.prior);
+            let mode = Mode::new(tile, samples, mode.log_z + log_share, mode.log_z_err);
+            if mode.best_log_l > 0.0 { mode } else { mode.without_samples() }
+        })
+        .collect()
+}
+
+fn refine(
+    dataset: &mut Dataset,
+    settings: &Settings,
+    sources: &mut [(usize, Mode)],
+    search: usize,
+    observer: &mut dyn Observer,
+) -> Result<u64, DetectError> {
+    let refinement = Refinement {
+        field: &settings.field,
+        prior: &settings.prior,
+        factory: settings.factory,
+        n_live: settings.n_live_refine,
+        seed: stream_seed(settings.seed, [3, search as u64, 0]),
+    };
+    let mut modes: Vec<Mode> = sources.iter().map(|(_, mode)| mode.clone()).collect();
+    let n_eval = refinement.run(dataset, &mut modes, observer)?;
+    for ((_, old), new) in sources.iter_mut().zip(modes) {
+        *old = new;
+    }
+    Ok(n_eval)
+}
+
+/// Evaluates every posterior sample once more for its signal-to-noise ratio; brightest first.
+fn with_snr(
+    dataset: &mut Dataset,
+    sources: Vec<(usize, Mode)>,
+) -> Result<Vec<Detected>, DetectError> {
+    let requests: Vec<Request> = sources
+        .iter()
+        .map(|(_, mode)| Request {
+            points: mode.samples.iter().map(|s| s.source).chain([mode.best]).collect(),
+            restored: vec![mode.mean],
+        })
+        .collect();
+    let xy = dataset.evaluate(&requests)?;
+    let mut sources: Vec<Detected> = sources
+        .into_iter()
+        .zip(&xy)
+        .map(|((mode, mut posterior), xy)| {
+            posterior.best_xy = *xy.last().unwrap_or(&posterior.best_xy);
+            let snr = posterior.samples.iter().zip(xy);
+            let snr = snr.map(|(s, xy)| s.weight * xy.snr(s.source.flux_jy)).sum();
+            Detected { posterior, mode, snr }
+        })
+        .collect();
+    sources.sort_by(|a, b| b.posterior.mean.flux_jy.total_cmp(&a.posterior.mean.flux_jy));
+    Ok(sources)
+}
+
+fn log_sum_exp(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let top = values.clone().fold(f64::NEG_INFINITY, f64::max);
+    if top.is_finite() { top + values.map(|v| (v - top).exp()).sum::<f64>().ln() } else { top }
+}
+
+/// A seed for one of many streams, by the SplitMix64 finaliser (Steele, Lea & Flood 2014).
+pub(super) fn stream_seed(seed: u64, key: [u64; 3]) -> u64 {
+    key.into_iter().fold(seed, |state, k| {
+        let mut z = state.wrapping_add(0x9e37_79b9_7f4a_7c15).wrapping_add(k.wrapping_mul(0xd134_2543_de82_ef95));
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    })
+}

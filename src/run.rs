@@ -1,0 +1,177 @@
+//! The whole run, readable aloud: data in, sources found, catalogue out.
+
+mod outcome;
+
+use std::path::{Path, PathBuf};
+
+use vis2cat_formats::{ReadError, WriteError};
+
+use crate::catalogue::{self, CataloguePaths};
+use crate::config::{Config, ConfigError, SamplerKind, Tiling};
+use crate::dataset::{Dataset, DatasetError, NoiseUsed, OpenOptions};
+use crate::detect::{
+    Cuts, DetectError, Observer, SamplerSettings, Settings, detect, field_of_view, side_for_basin,
+    tiles,
+};
+use crate::prior::{MODE_DIMS, N_DIM};
+use crate::sampler::{MultiNest, MultiNestConfig, Sampler};
+use crate::simulate::SimulateError;
+use crate::units::ARCSEC;
+
+pub use outcome::Outcome;
+
+/// Modes closer than this are one source, however well they are measured (method section 4).
+const MERGE_FLOOR_RAD: f64 = 0.4 * ARCSEC;
+/// Live points about a single source: its posterior is one piece.
+const N_LIVE_REFINE: usize = 400;
+
+/// A run failed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// The configuration makes no sense.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The data cannot be read or used.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
+    /// Another input cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// An output cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// Detection did not end well.
+    #[error("detection failed")]
+    Detect(#[from] DetectError),
+    /// The simulation could not be done.
+    #[error(transparent)]
+    Simulate(#[from] SimulateError),
+}
+
+impl RunError {
+    /// The exit code of the program: see `vis2cat --help`.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Detect(_) => 1,
+            Self::Config(_) | Self::Simulate(SimulateError::Parameter { .. }) => 2,
+            Self::Simulate(SimulateError::NoEarthOrientation { .. }) => 2,
+            Self::Dataset(_) | Self::Read(_) => 3,
+            Self::Simulate(SimulateError::Write(_)) | Self::Write(_) => 4,
+            Self::Simulate(_) => 3,
+        }
+    }
+}
+
+/// Finds the sources in `input` and writes `output` and its posterior samples.
+///
+/// # Errors
+/// Whatever stopped the run; no output stands under its final name then.
+pub fn run(
+    input: &Path,
+    output: &Path,
+    config: &Config,
+    overwrite: bool,
+    observer: &mut dyn Observer,
+) -> Result<Outcome, RunError> {
+    config.check()?;
+    let paths = CataloguePaths::new(output);
+    paths.refuse_existing(overwrite)?;
+    let digest = digest(input)?;
+    let mut dataset = open(input, config, observer)?;
+    report_noise(&dataset);
+    let field = field_of_view(config.fov.0);
+    let beam_rad = dataset.info().beam_rad;
+    let n_tile = n_tile(config, beam_rad);
+    let settings = Settings {
+        field,
+        tiles: tiles(&field, n_tile, beam_rad),
+        prior: config.prior.source_prior(),
+        cuts: Cuts {
+            snr: config.snr_cut,
+            flux_jy: config.flux_cut.map(|flux| flux.0),
+            merge_radius_rad: config.merge_radius.map(|radius| radius.0),
+            merge_floor_rad: MERGE_FLOOR_RAD,
+        },
+        factory: &|settings| sampler(config, settings),
+        n_live: config.n_live_for(n_tile),
+        n_live_refine: N_LIVE_REFINE,
+        refine: config.refine,
+        seed: config.seed,
+    };
+    let detection = detect(&mut dataset, &settings, observer)?;
+    let outcome = Outcome::new(config, &digest, &dataset, &settings, &detection);
+    outcome.write(&paths, overwrite)?;
+    Ok(outcome)
+}
+
+fn open(
+    input: &Path,
+    config: &Config,
+    observer: &mut dyn Observer,
+) -> Result<Dataset, DatasetError> {
+    let prior = config.prior.source_prior();
+    let options = OpenOptions {
+        field: config.field.clone(),
+        noise: config.noise,
+        memory_bytes: config.memory.0,
+        profile: config.prior.profile,
+        typical_scale_rad: prior.scale.from_unit(0.5, prior.flux.from_unit(0.5)),
+    };
+    let mut n_row_known = 0;
+    let mut progress = |done, n_row| {
+        if n_row_known != n_row {
+            n_row_known = n_row;
+            observer.stage("reading", n_row);
+        }
+        observer.advance(done, 0);
+    };
+    Dataset::open(input, &options, &mut progress)
+}
+
+/// Both noise levels, loudly where they disagree.
+fn report_noise(dataset: &Dataset) {
+    let noise = &dataset.info().noise;
+    let used = match noise.used {
+        NoiseUsed::Weights => "the weights as they are",
+        NoiseUsed::Data => "the weights, scaled to the noise in the data",
+        NoiseUsed::Sefd => "the system equivalent flux density",
+    };
+    if noise.disagrees() {
+        tracing::warn!("noise of a Stokes I sample: {noise}; used: {used} (see --noise)");
+    } else {
+        tracing::info!("noise of a Stokes I sample: {noise}; used: {used}");
+    }
+}
+
+fn n_tile(config: &Config, beam_rad: f64) -> usize {
+    let by_side = |side_rad: f64| (config.fov.0 / side_rad).ceil().powi(2) as usize;
+    match config.tiles {
+        Tiling::Count(n) => n,
+        Tiling::Size(side) => by_side(side.0),
+        Tiling::Auto => by_side(side_for_basin(config.n_live_for(0), beam_rad)),
+    }
+}
+
+fn sampler(config: &Config, settings: SamplerSettings) -> Box<dyn Sampler> {
+    match config.sampler {
+        SamplerKind::Multinest => Box::new(MultiNest::new(MultiNestConfig {
+            n_dim: N_DIM,
+            n_live: settings.n_live,
+            mode_dims: MODE_DIMS.to_vec(),
+            efficiency: config.efficiency,
+            tolerance: config.tolerance,
+            seed: settings.seed,
+            ..MultiNestConfig::default()
+        })),
+    }
+}
+
+/// BLAKE3 of the input's bytes.
+fn digest(input: &Path) -> Result<String, ReadError> {
+    let io = |source| ReadError::Io { path: PathBuf::from(input), source };
+    let mut hasher = blake3::Hasher::new();
+    let file = std::fs::File::open(input).map_err(io)?;
+    hasher.update_reader(file).map_err(io)?;
+    Ok(hasher.finalize().to_hex().to_string())
+}

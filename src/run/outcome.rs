@@ -1,0 +1,257 @@
+//! What a run found, as rows of the catalogue.
+
+use vis2cat_formats::WriteError;
+
+use crate::catalogue::{
+    self, CatalogueHeader, CataloguePaths, Estimate, Flags, ModeRow, PosteriorRow, PriorRange,
+    RunEntry, SourceRow, WeightedSample,
+};
+use crate::config::Config;
+use crate::coords::{IcrsCentre, RaDec};
+use crate::dataset::Dataset;
+use crate::detect::{Detected, Detection, Mode, Settings};
+use crate::simulate::format_utc;
+use crate::units::{ARCSEC, MICROJY};
+
+/// What a run found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Provenance.
+    pub header: CatalogueHeader,
+    /// Sources, brightest first.
+    pub sources: Vec<SourceRow>,
+    /// Every mode, kept or not.
+    pub modes: Vec<ModeRow>,
+    /// Samples of the sources, one source after the other.
+    pub posterior: Vec<PosteriorRow>,
+    /// Options, counts and versions.
+    pub run: Vec<RunEntry>,
+    /// What to tell the user.
+    pub summary: String,
+}
+
+impl Outcome {
+    pub(super) fn new(
+        config: &Config,
+        digest: &str,
+        dataset: &Dataset,
+        settings: &Settings,
+        detection: &Detection,
+    ) -> Self {
+        let field = dataset.phase_centre();
+        let native = RaDec { ra_rad: field.ra_rad, dec_rad: field.dec_rad };
+        let frame = IcrsCentre::new(native, field.frame);
+        let mut outcome = Self {
+            header: header(config, dataset, frame),
+            sources: Vec::new(),
+            modes: Vec::new(),
+            posterior: Vec::new(),
+            run: run_entries(config, digest, dataset, settings, detection),
+            summary: String::new(),
+        };
+        for detected in &detection.sources {
+            outcome.push(config, settings, frame, detected, detection.sources.len());
+        }
+        outcome.modes = modes(&outcome.sources, detection, frame);
+        outcome.summary = outcome.summarise(dataset, detection);
+        outcome
+    }
+
+    /// Writes the catalogue and the posterior samples.
+    pub(super) fn write(&self, paths: &CataloguePaths, overwrite: bool) -> Result<(), WriteError> {
+        let Self { header, sources, modes, run, posterior, .. } = self;
+        catalogue::write(paths, overwrite, header, sources, modes, run, posterior)
+    }
+
+    fn push(
+        &mut self,
+        config: &Config,
+        settings: &Settings,
+        frame: IcrsCentre,
+        detected: &Detected,
+        n_source: usize,
+    ) {
+        let mode = &detected.posterior;
+        let samples: Vec<WeightedSample> = mode
+            .samples
+            .iter()
+            .map(|s| WeightedSample {
+                log_w: s.weight.ln(),
+                log_l: s.log_l,
+                source: frame.turn(&s.source),
+            })
+            .collect();
+        let profile = config.prior.profile;
+        let Some(summary) = catalogue::summarise(&samples, frame.centre, profile) else { return };
+        let source_id = self.sources.len() as i64 + 1;
+        let mode_id = detected.mode as i64;
+        let rows = catalogue::posterior_rows(&samples, source_id, mode_id, frame.centre, profile);
+        self.sources.push(SourceRow {
+            name: catalogue::source_name(&config.acronym, summary.position),
+            source_id,
+            group_id: source_id,
+            mode_id,
+            flags: flags(settings, mode, summary.flags()),
+            posterior: summary,
+            snr: detected.snr,
+            snr_peak: mode.snr_peak(),
+            log_z: Estimate { mean: mode.log_z, err: mode.log_z_err },
+            p_source: probability(mode.log_z, n_source),
+            max_dlog_l: f64::NAN,
+            post_row: self.posterior.len() as i64,
+            post_n: rows.len() as i64,
+        });
+        self.posterior.extend(rows);
+    }
+
+    fn summarise(&self, dataset: &Dataset, detection: &Detection) -> String {
+        let info = dataset.info();
+        let n = self.sources.len();
+        format!(
+            "{}\n{n} source{} among {} modes; {} visibilities, {} likelihood evaluations",
+            catalogue::summary_table(&self.sources).trim_end(),
+            if n == 1 { "" } else { "s" },
+            detection.modes.len(),
+            info.n_sample,
+            detection.n_eval,
+        )
+    }
+}
+
+/// Posterior probability of a source against none, where as many sources are expected in the
+/// field as were found (Hobson & McLachlan 2003, equation 24; Carvalho et al. 2009).
+fn probability(log_z: f64, n_source: usize) -> f64 {
+    let log_odds = log_z + (n_source.max(1) as f64).ln();
+    1.0 / (1.0 + (-log_odds).exp())
+}
+
+fn flags(settings: &Settings, mode: &Mode, mut flags: Flags) -> Flags {
+    if settings.field.distance_to_edge(mode.mean.lm) < 3.0 * mode.position_sigma_rad {
+        flags = flags.with(Flags::AT_BORDER);
+    }
+    let flux = &settings.prior.flux;
+    let (below, above) = (mode.mean.flux_jy - flux.low_jy, flux.high_jy - mode.mean.flux_jy);
+    if below.min(above) < mode.flux_sigma_jy {
+        flags = flags.with(Flags::FLUX_AT_LIMIT);
+    }
+    let mean_log: f64 = mode.samples.iter().map(|s| s.weight * s.source.scale_rad.ln()).sum();
+    let variance: f64 = mode
+        .samples
+        .iter()
+        .map(|s| s.weight * (s.source.scale_rad.ln() - mean_log).powi(2))
+        .sum();
+    if variance.sqrt() > 0.9 * settings.prior.scale.sigma_log {
+        flags = flags.with(Flags::SHAPE_FROM_PRIOR);
+    }
+    flags
+}
+
+fn modes(sources: &[SourceRow], detection: &Detection, frame: IcrsCentre) -> Vec<ModeRow> {
+    let row = |(i, mode): (usize, &Mode)| {
+        let mean = frame.turn(&mode.mean);
+        let mode_id = i as i64;
+        ModeRow {
+            mode_id,
+            tile_id: mode.tile as i64,
+            position: RaDec::from_lm(mean.lm, frame.centre),
+            lm: mean.lm,
+            flux_jy: Estimate { mean: mean.flux_jy, err: mode.flux_sigma_jy },
+            snr: mode.best_xy.snr(mean.flux_jy),
+            snr_peak: mode.snr_peak(),
+            log_z: Estimate { mean: mode.log_z, err: mode.log_z_err },
+            n_samples: mode.n_sample as i64,
+            n_eff: mode.n_eff,
+            status: mode.status,
+            source_id: sources.iter().find(|s| s.mode_id == mode_id).map(|s| s.source_id),
+        }
+    };
+    detection.modes.iter().enumerate().map(row).collect()
+}
+
+fn header(config: &Config, dataset: &Dataset, frame: IcrsCentre) -> CatalogueHeader {
+    let info = dataset.info();
+    let prior = &config.prior;
+    let half_fov = 0.5 * config.fov.0 / ARCSEC;
+    let range = |parameter: &str, unit: &str, low: f64, high: f64, form: String| PriorRange {
+        parameter: parameter.into(),
+        unit: unit.into(),
+        low,
+        high,
+        form,
+    };
+    CatalogueHeader {
+        telescope: Some(dataset.observation().telescope.clone()).filter(|name| !name.is_empty()),
+        object: Some(dataset.phase_centre().name.clone()).filter(|name| !name.is_empty()),
+        date_obs: Some(format_utc(info.first_mjd)),
+        mjd_obs: Some(info.first_mjd),
+        ref_freq_hz: Some(info.mean_freq_hz),
+        phase_centre: frame.centre,
+        profile: prior.profile,
+        seed: config.seed,
+        priors: vec![
+            range("L", "arcsec", -half_fov, half_fov, "uniform".into()),
+            range("M", "arcsec", -half_fov, half_fov, "uniform".into()),
+            range(
+                "Total_flux",
+                "uJy",
+                prior.flux.low.0 / MICROJY,
+                prior.flux.high.0 / MICROJY,
+                format!("power law, index {}", prior.flux_index),
+            ),
+            range(
+                "Scale_length",
+                "arcsec",
+                prior.scale.low.0 / ARCSEC,
+                prior.scale.high.0 / ARCSEC,
+                format!("log-normal, sigma {}", prior.scale_sigma_log),
+            ),
+            range("abs(E)", "", 0.0, prior.e_max, "VLA-COSMOS".into()),
+        ],
+        config: config.to_toml().lines().map(str::to_owned).collect(),
+    }
+}
+
+fn run_entries(
+    config: &Config,
+    digest: &str,
+    dataset: &Dataset,
+    settings: &Settings,
+    detection: &Detection,
+) -> Vec<RunEntry> {
+    let info = dataset.info();
+    let noise = &info.noise;
+    let mut entries = vec![
+        RunEntry::new("version", env!("CARGO_PKG_VERSION"), "vis2cat"),
+        RunEntry::new("input.blake3", digest, "BLAKE3 of the input's bytes"),
+        RunEntry::new("data.n_row", info.n_row, "rows in the input"),
+        RunEntry::new("data.n_sample", info.n_sample, "Stokes I samples used"),
+        RunEntry::new("data.n_flagged", info.n_flagged, "Stokes I samples flagged"),
+        RunEntry::new("data.mean_freq", info.mean_freq_hz, "[Hz] weighted mean frequency"),
+        RunEntry::new("data.max_uv", info.max_uv, "[wavelength] longest baseline"),
+        RunEntry::new("data.beam", info.beam_rad / ARCSEC, "[arcsec] width of the response, sigma"),
+        RunEntry::new("noise.weights", noise.weights_sigma_jy, "[Jy] sigma by the weights"),
+        RunEntry::new(
+            "noise.data",
+            noise.data_sigma_jy.unwrap_or(f64::NAN),
+            "[Jy] sigma by differences in the data",
+        ),
+        RunEntry::new("noise.weight_scale", noise.weight_scale, "factor on the file's weights"),
+        RunEntry::new("search.n_tile", settings.tiles.len(), "tiles"),
+        RunEntry::new("search.n_live", settings.n_live, "live points a tile"),
+        RunEntry::new("search.n_eval", detection.n_eval, "likelihood evaluations"),
+        RunEntry::new("search.n_mode", detection.modes.len(), "modes found"),
+        RunEntry::new("search.log_z", detection.log_z, "evidence of one source in the field"),
+        RunEntry::new("search.n_source", detection.sources.len(), "sources"),
+    ];
+    let toml = config.to_toml();
+    let mut section = String::new();
+    for line in toml.lines() {
+        if let Some(name) = line.strip_prefix('[').and_then(|l| l.strip_suffix(']')) {
+            section = format!("{name}.");
+        } else if let Some((key, value)) = line.split_once(" = ") {
+            let value = value.trim_matches('"');
+            entries.push(RunEntry::new(&format!("config.{section}{key}"), value, "option"));
+        }
+    }
+    entries
+}
