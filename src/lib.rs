@@ -6,4 +6,5 @@ pub mod likelihood;
 pub mod prior;
 pub mod rime;
 pub mod sampler;
+pub mod simulate;
 pub mod units;
