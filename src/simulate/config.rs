@@ -6,6 +6,9 @@ use super::{Array, SimulateError};
 use crate::coords::RaDec;
 use crate::rime::shape::Profile;
 
+/// Most samples in time (115 days of 1 s), so that a slip in a unit does not run for ever.
+const MAX_TIME: usize = 10_000_000;
+
 /// What to simulate; everything in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulateConfig {
@@ -99,6 +102,15 @@ impl SimulateConfig {
         if let Some(sefd_jy) = self.sefd_jy {
             check_positive("SEFD", sefd_jy)?;
         }
+        if !self.start_mjd.unwrap_or_default().is_finite() {
+            return Err(SimulateError::parameter("the start is not a time"));
+        }
+        if self.duration_s / self.interval_s > MAX_TIME as f64 {
+            return Err(SimulateError::parameter(format!(
+                "{:.0} samples in time are more than {MAX_TIME}; take longer samples",
+                self.duration_s / self.interval_s
+            )));
+        }
         let refuse = |what: &str| Err(SimulateError::parameter(what));
         if self.array.dishes.len() < 2 {
             return refuse("an array has two dishes or more");
@@ -162,13 +174,15 @@ mod tests {
     #[test]
     fn senseless_values_are_refused() {
         assert!(good().check().is_ok());
-        let edits: [fn(&mut SimulateConfig); 6] = [
+        let edits: [fn(&mut SimulateConfig); 8] = [
             |c| c.duration_s = 0.0,
             |c| c.freq_hz = f64::NAN,
             |c| c.n_chan = 0,
             |c| c.corrs = vec![Corr::Xx, Corr::Ll],
             |c| c.centre.dec_rad = 2.0,
             |c| c.bandwidth_hz = 3e9,
+            |c| c.start_mjd = Some(f64::NAN),
+            |c| c.interval_s = 1e-6,
         ];
         for edit in edits {
             let mut config = good();

@@ -34,7 +34,7 @@ pub enum SimulateError {
     },
     /// The Earth's orientation is not known for this time.
     #[error(
-        "UT1-UTC is not known for {utc} (the built-in table ends at {first} and {last}); \
+        "UT1-UTC is not known for {utc} (the built-in table runs from {first} to {last}); \
          choose another --start or give --ut1-utc"
     )]
     NoEarthOrientation {

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
+use rayon::prelude::*;
 use sofars::consts::DAYSEC;
 use vis2cat_formats::{Observation, VisChunk, VisWriter};
 
@@ -98,6 +99,7 @@ impl Simulation {
             None => start_about_transit(config, site, &point)?,
         };
         let pointing_t = (0..config.n_time())
+            .into_par_iter()
             .map(|t| point(mid_mjd(config, start_mjd, t)))
             .collect::<Result<Vec<_>, _>>()?;
         let baselines = config.array.baselines();

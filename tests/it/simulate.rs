@@ -1,5 +1,7 @@
 //! Simulated observations against pyuvdata, formulas and statistics.
 
+#![allow(clippy::unwrap_used)] // helpers of tests are tests
+
 mod reference;
 
 use num_complex::Complex;
