@@ -6,8 +6,18 @@
 //! ```
 
 mod block;
+mod exact;
+pub mod kernel;
+mod plain;
+#[cfg(test)]
+mod samples;
+mod subtract;
 
 pub use block::VisBlock;
+pub use exact::{accumulate_blocks, xy_batch};
+pub use kernel::{Isa, SourceTerm};
+pub use plain::plain_xy;
+pub use subtract::subtract;
 
 /// The two sums that a model's likelihood is made of, for unit flux density.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -2,7 +2,9 @@
 //!
 //! The phase convention is that of [`vis2cat_formats`].
 
+mod predict;
 pub mod shape;
 mod source;
 
+pub use predict::{phase_turns, predict};
 pub use source::Source;

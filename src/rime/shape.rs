@@ -1,4 +1,22 @@
 //! Source shapes: the factor F(u, v) of a source of unit flux density.
+//!
+//! A shape is a radial [`Profile`] of the elliptical radius squared
+//!
+//! ```text
+//! q = α² (k1² + k2²)      k1 = ((1+e1) u + e2 v)/det     k2 = (e2 u + (1-e1) v)/det
+//!                         det = 1 - e1² - e2²
+//! ```
+//!
+//! which is a [`QuadraticForm`] in (u, v), worked out once a source. On the sky the scale-lengths
+//! of the axes are α/(1-|e|) and α/(1+|e|), see [`Axes`].
+
+mod axes;
+mod form;
+
+pub use axes::Axes;
+pub use form::QuadraticForm;
+
+use std::f64::consts::PI;
 
 /// Ellipticity (e1, e2), |e| = (a - b)/(a + b); the major axis lies at atan2(e2, e1)/2 from l
 /// (east) towards m (north).
@@ -10,7 +28,16 @@ pub struct Ellipticity {
     pub e2: f64,
 }
 
+impl Ellipticity {
+    /// |e| = sqrt(e1² + e2²).
+    pub fn modulus(self) -> f64 {
+        self.e1.hypot(self.e2)
+    }
+}
+
 /// Family of radial profiles.
+///
+/// One enum, not a trait object: the kernels choose their inner loop by it, once a source.
 #[derive(
     Debug, Clone, Copy, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize,
 )]
@@ -23,4 +50,99 @@ pub enum Profile {
     Gaussian,
     /// Point: F = 1.
     Point,
+}
+
+impl Profile {
+    /// F at q = α²(k1² + k2²); F(0) = 1, so that the flux density is the total one.
+    ///
+    /// # Formula
+    /// ```text
+    /// exponential  F = (1 + 4π² q)^(-3/2)     transform of exp(-r/α) / (2πα²)
+    /// Gaussian     F = exp(-2π² q)            transform of exp(-r²/2α²) / (2πα²)
+    /// point        F = 1
+    /// ```
+    ///
+    /// # Source
+    /// Malyali et al. (2018), section 2; Rivi & Miller (2018), equation 5.
+    pub fn factor(self, q: f64) -> f64 {
+        match self {
+            Profile::Exponential => {
+                let t = 1.0 + 4.0 * PI * PI * q;
+                1.0 / (t * t.sqrt())
+            }
+            Profile::Gaussian => (-2.0 * PI * PI * q).exp(),
+            Profile::Point => 1.0,
+        }
+    }
+
+    /// Full width at half maximum of the profile on the sky in units of α: 2 ln 2 for the
+    /// exponential, 2 sqrt(2 ln 2) for the Gaussian, 0 for the point.
+    pub fn fwhm_per_scale(self) -> f64 {
+        use std::f64::consts::LN_2;
+        match self {
+            Profile::Exponential => 2.0 * LN_2,
+            Profile::Gaussian => 2.0 * (2.0 * LN_2).sqrt(),
+            Profile::Point => 0.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn factors_have_their_values_at_known_radii() {
+        let q = 1.0 / (4.0 * PI * PI);
+        assert!((Profile::Exponential.factor(3.0 * q) - 0.125).abs() < 1e-15);
+        assert!((Profile::Gaussian.factor(2.0 * q) - (-1.0f64).exp()).abs() < 1e-15);
+        assert_eq!(Profile::Point.factor(3.0), 1.0);
+        for profile in [Profile::Exponential, Profile::Gaussian, Profile::Point] {
+            assert_eq!(profile.factor(0.0), 1.0);
+        }
+    }
+
+    /// F by summing the brightness over a fine grid on the sky.
+    fn factor_by_sky_sum(profile: Profile, e: Ellipticity, u: f64, v: f64) -> f64 {
+        let (step, half) = (0.05, 600);
+        let (mut sum, mut total) = (0.0, 0.0);
+        for i in -half..=half {
+            for j in -half..=half {
+                let (l, m) = (i as f64 * step, j as f64 * step);
+                let x = (1.0 - e.e1) * l - e.e2 * m;
+                let y = -e.e2 * l + (1.0 + e.e1) * m;
+                let brightness = match profile {
+                    Profile::Exponential => (-x.hypot(y)).exp(),
+                    _ => (-0.5 * (x * x + y * y)).exp(),
+                };
+                sum += brightness * (2.0 * PI * (u * l + v * m)).cos();
+                total += brightness;
+            }
+        }
+        sum / total
+    }
+
+    #[test]
+    fn elliptical_factors_are_the_transform_of_the_sky() {
+        let e = Ellipticity { e1: 0.3, e2: -0.2 };
+        let form = QuadraticForm::new(1.0, e);
+        for profile in [Profile::Exponential, Profile::Gaussian] {
+            for (u, v) in [(0.1, 0.0), (0.0, 0.1), (0.07, -0.11), (0.07, 0.11)] {
+                let expected = factor_by_sky_sum(profile, e, u, v);
+                let factor = profile.factor(form.at(u, v));
+                assert!(
+                    (factor - expected).abs() < 2e-3,
+                    "{profile:?} at ({u}, {v}): {factor}, {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn widths_halve_the_profile() {
+        let half = 0.5 * Profile::Exponential.fwhm_per_scale();
+        assert!(((-half).exp() - 0.5).abs() < 1e-15);
+        let half = 0.5 * Profile::Gaussian.fwhm_per_scale();
+        assert!(((-0.5 * half * half).exp() - 0.5).abs() < 1e-15);
+    }
 }

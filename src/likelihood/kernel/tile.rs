@@ -1,0 +1,143 @@
+//! A piece of a block that stays in the first-level cache while every source passes over it.
+
+use super::numbers::{PHASE_MAGIC, TURNS_MAX, angle_turns};
+use super::term::SourceTerm;
+use crate::likelihood::VisBlock;
+
+/// Samples in a pack: what one vector of f32 holds at most.
+pub(super) const LANES: usize = 16;
+
+/// Packs in a tile. 32 packs take 27 KB, and f32 lanes add up 32 terms before they are widened.
+const PACKS: usize = 32;
+
+/// Samples in a tile.
+pub(super) const TILE: usize = LANES * PACKS;
+
+/// Sixteen samples. The datum w d is kept as amplitude and angle, so that
+/// Re[w d exp(-2πiφ)] = |w d| cos 2π(φ - angle) needs one cosine and no sine.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+pub(super) struct Pack {
+    pub(super) u: [f64; LANES],
+    pub(super) v: [f64; LANES],
+    pub(super) w: [f64; LANES],
+    /// [`PHASE_MAGIC`] minus the angle of the datum [turn].
+    pub(super) start: [f64; LANES],
+    pub(super) u_single: [f32; LANES],
+    pub(super) v_single: [f32; LANES],
+    pub(super) v_squared: [f32; LANES],
+    /// |w d|.
+    pub(super) amplitude: [f32; LANES],
+    pub(super) weight: [f32; LANES],
+}
+
+impl Pack {
+    /// Samples of amplitude and weight zero.
+    const EMPTY: Pack = Pack {
+        u: [0.0; LANES],
+        v: [0.0; LANES],
+        w: [0.0; LANES],
+        start: [PHASE_MAGIC; LANES],
+        u_single: [0.0; LANES],
+        v_single: [0.0; LANES],
+        v_squared: [0.0; LANES],
+        amplitude: [0.0; LANES],
+        weight: [0.0; LANES],
+    };
+
+    /// Sets the sixteen samples from `first` on.
+    #[inline(always)]
+    fn fill(&mut self, block: &VisBlock, first: usize) {
+        let range = first..first + LANES;
+        self.u.copy_from_slice(&block.u[range.clone()]);
+        self.v.copy_from_slice(&block.v[range.clone()]);
+        self.w.copy_from_slice(&block.w[range.clone()]);
+        self.weight.copy_from_slice(&block.weight[range.clone()]);
+        let re = &block.weighted_re[range.clone()];
+        let im = &block.weighted_im[range];
+        self.finish(re, im);
+    }
+
+    /// Sets the last samples of a block, fewer than sixteen, and pads with empty ones.
+    fn fill_tail(&mut self, block: &VisBlock, first: usize) {
+        *self = Pack::EMPTY;
+        let (mut re, mut im) = ([0.0; LANES], [0.0; LANES]);
+        for (i, k) in (first..block.len()).enumerate() {
+            self.u[i] = block.u[k];
+            self.v[i] = block.v[k];
+            self.w[i] = block.w[k];
+            self.weight[i] = block.weight[k];
+            re[i] = block.weighted_re[k];
+            im[i] = block.weighted_im[k];
+        }
+        self.finish(&re, &im);
+    }
+
+    /// Works out what follows from u, v and the weighted datum.
+    #[inline(always)]
+    fn finish(&mut self, re: &[f32], im: &[f32]) {
+        for i in 0..LANES {
+            let (x, y) = (re[i] as f64, im[i] as f64);
+            self.amplitude[i] = (x * x + y * y).sqrt() as f32;
+            self.start[i] = PHASE_MAGIC - angle_turns(x, y);
+            self.u_single[i] = self.u[i] as f32;
+            self.v_single[i] = self.v[i] as f32;
+            self.v_squared[i] = (self.v[i] * self.v[i]) as f32;
+        }
+    }
+}
+
+/// Up to [`TILE`] samples in packs, the last one padded.
+pub(super) struct Tile {
+    packs: Box<[Pack]>,
+    used: usize,
+    /// Largest |u|, |v| and |w| [wavelength].
+    reach: [f64; 3],
+}
+
+impl Tile {
+    /// A tile without samples.
+    pub(super) fn new() -> Tile {
+        Tile {
+            packs: vec![Pack::EMPTY; PACKS].into_boxed_slice(),
+            used: 0,
+            reach: [0.0; 3],
+        }
+    }
+
+    /// The packs that hold samples.
+    #[inline(always)]
+    pub(super) fn packs(&self) -> &[Pack] {
+        &self.packs[..self.used]
+    }
+
+    /// Sets the samples of `block` from `first` on, as many as fit. Inlined into each kernel, so
+    /// that it is compiled for that kernel's instructions.
+    #[inline(always)]
+    pub(super) fn fill(&mut self, block: &VisBlock, first: usize) {
+        let end = block.len().min(first + TILE);
+        self.used = (end - first).div_ceil(LANES);
+        let mut reach = [[0.0f64; LANES]; 3];
+        for (i, pack) in self.packs[..self.used].iter_mut().enumerate() {
+            let at = first + i * LANES;
+            if at + LANES <= end {
+                pack.fill(block, at);
+            } else {
+                pack.fill_tail(block, at);
+            }
+            for (reach, values) in reach.iter_mut().zip([&pack.u, &pack.v, &pack.w]) {
+                for (reach, value) in reach.iter_mut().zip(values) {
+                    *reach = reach.max(value.abs());
+                }
+            }
+        }
+        self.reach = reach.map(|lanes| lanes.into_iter().fold(0.0, f64::max));
+    }
+
+    /// True if every phase of `term` fits the fixed-point form.
+    #[inline(always)]
+    pub(super) fn holds_phases_of(&self, term: &SourceTerm) -> bool {
+        let [u, v, w] = self.reach;
+        u * term.l.abs() + v * term.m.abs() + w * term.n_minus_1.abs() < TURNS_MAX
+    }
+}
