@@ -1,0 +1,4 @@
+//! Writing.
+/// Stub.
+#[derive(Debug)]
+pub struct UvfitsWriter;
