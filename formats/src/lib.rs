@@ -16,6 +16,7 @@
 
 mod chunk;
 mod error;
+pub mod fits;
 mod observation;
 mod reader;
 
