@@ -188,7 +188,18 @@ fn header_cards(structure: &[Keyword], cards: &Cards) -> Vec<u8> {
     let keywords = structure.iter().chain(&cards.keywords);
     let comments = cards.comments.iter().map(|text| ("COMMENT", text));
     let history = cards.history.iter().map(|text| ("HISTORY", text));
-    let mut bytes: Vec<u8> = keywords.flat_map(|k| k.cards().concat()).collect();
+    let mut bytes = Vec::new();
+    let mut announced = false;
+    for keyword in keywords {
+        let cards = keyword.cards();
+        if cards.len() > 1 && !announced {
+            // No part of FITS 4.0, but checkers of older conventions ask for it.
+            let note = Keyword::new("LONGSTRN", "OGIP 1.0", "strings may continue");
+            bytes.extend(note.cards().concat());
+            announced = true;
+        }
+        bytes.extend(cards.concat());
+    }
     for (key, text) in comments.chain(history) {
         bytes.extend(text_cards(key, text).concat());
     }
