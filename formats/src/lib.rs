@@ -16,7 +16,7 @@
 
 mod chunk;
 mod error;
-pub mod fits;
+pub mod tables;
 mod observation;
 mod reader;
 

@@ -8,7 +8,7 @@ mod posterior;
 mod run;
 mod truth;
 
-use vis2cat_formats::fits::{Column, ColumnData};
+use vis2cat_formats::tables::{Column, ColumnData};
 
 pub(super) use catalogue::CATALOGUE;
 pub(super) use modes::MODES;

@@ -5,7 +5,7 @@ mod units;
 
 use std::path::Path;
 
-use vis2cat_formats::fits::{Keyword, Table, TableSpec, is_fits, read_table, write_tables};
+use vis2cat_formats::tables::{Keyword, Table, TableSpec, is_fits, read_table, write_tables};
 use vis2cat_formats::{ReadError, WriteError};
 
 use self::csv_table::CsvTable;

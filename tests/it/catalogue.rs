@@ -13,7 +13,7 @@ use vis2cat::rime::Source;
 use vis2cat::rime::shape::{Ellipticity, Profile};
 use vis2cat::units::{ARCSEC, DEG, MICROJY};
 use vis2cat_formats::WriteError;
-use vis2cat_formats::fits::read_table;
+use vis2cat_formats::tables::read_table;
 
 fn header() -> CatalogueHeader {
     CatalogueHeader {
