@@ -17,6 +17,7 @@
 mod chunk;
 mod error;
 mod fits;
+pub mod tables;
 mod observation;
 mod open;
 mod reader;

@@ -1,0 +1,30 @@
+//! The source catalogue: what a run found, written as FITS tables.
+//!
+//! | file | tables |
+//! |---|---|
+//! | `out.fits` | `CATALOGUE`, one row a source; `MODES`, one row for every mode found, kept or not; `RUN`, key and value |
+//! | `out.posterior.fits` | `POSTERIOR`, the samples of all sources; `Post_row` and `Post_n` of `CATALOGUE` cut out those of one source |
+//!
+//! Rows hold radians and janskys as the rest of the program does; [`write()`] converts to degrees,
+//! arcseconds and microjanskys. Equal rows give equal bytes: no clock, no machine, no thread count.
+//! Positions are ICRS.
+
+mod band;
+mod columns;
+mod header;
+mod name;
+mod posterior;
+mod row;
+mod summary;
+mod truth;
+mod write;
+
+pub use header::{CatalogueHeader, PriorRange};
+pub use name::{ACRONYM, source_name};
+pub use posterior::{
+    Ellipse, Summary, WeightedSample, equal_weight, fwhm_per_scale, posterior_rows, summarise,
+};
+pub use row::{Estimate, Flags, ModeRow, ModeStatus, PosteriorRow, RunEntry, SourceRow};
+pub use summary::summary_table;
+pub use truth::{CatalogueSource, read_sources, write_truth};
+pub use write::{CataloguePaths, write};
