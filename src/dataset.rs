@@ -113,10 +113,10 @@ impl Dataset {
             Store::Resident(blocks) => {
                 let mut changes = without(&sources, &self.removed);
                 changes.extend(negated(&without(&self.removed, &sources)));
-                let profile = self.profile;
-                blocks.par_iter_mut().for_each(|block| subtract(block, &changes, profile));
+                let changes = with_profile(&changes, self.profile);
+                blocks.par_iter_mut().for_each(|block| subtract(block, &changes));
             }
-            Store::Streamed(stream) => stream.removed.clone_from(&sources),
+            Store::Streamed(stream) => stream.removed = with_profile(&sources, self.profile),
         }
         self.removed = sources;
     }
@@ -137,6 +137,11 @@ impl Dataset {
 /// The sources of `all` that are not in `some`.
 fn without(all: &[Source], some: &[Source]) -> Vec<Source> {
     all.iter().filter(|source| !some.contains(source)).copied().collect()
+}
+
+/// The sources, each with the shape that all have.
+fn with_profile(sources: &[Source], profile: Profile) -> Vec<(Source, Profile)> {
+    sources.iter().map(|source| (*source, profile)).collect()
 }
 
 /// The sources with their flux density negated: subtracting these adds them.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use vis2cat_formats::{ReadError, WriteError};
 
-use crate::catalogue::{self, CataloguePaths};
+use crate::catalogue::CataloguePaths;
 use crate::config::{Config, ConfigError, SamplerKind, Tiling};
 use crate::dataset::{Dataset, DatasetError, NoiseUsed, OpenOptions};
 use crate::detect::{
@@ -14,7 +14,7 @@ use crate::detect::{
     tiles,
 };
 use crate::prior::{MODE_DIMS, N_DIM};
-use crate::sampler::{MultiNest, MultiNestConfig, Sampler};
+use crate::sampler::{MultiNest, MultiNestConfig, Sampler, SamplerError};
 use crate::simulate::SimulateError;
 use crate::units::ARCSEC;
 
@@ -153,17 +153,18 @@ fn n_tile(config: &Config, beam_rad: f64) -> usize {
     }
 }
 
-fn sampler(config: &Config, settings: SamplerSettings) -> Box<dyn Sampler> {
+fn sampler(
+    config: &Config,
+    settings: SamplerSettings,
+) -> Result<Box<dyn Sampler>, SamplerError> {
     match config.sampler {
-        SamplerKind::Multinest => Box::new(MultiNest::new(MultiNestConfig {
-            n_dim: N_DIM,
-            n_live: settings.n_live,
+        SamplerKind::Multinest => Ok(Box::new(MultiNest::new(MultiNestConfig {
             mode_dims: MODE_DIMS.to_vec(),
             efficiency: config.efficiency,
             tolerance: config.tolerance,
             seed: settings.seed,
-            ..MultiNestConfig::default()
-        })),
+            ..MultiNestConfig::new(N_DIM, settings.n_live)
+        })?)),
     }
 }
 

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use clap::{ArgGroup, Args, ValueEnum};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use vis2cat_formats::tables::refuse_existing;
 use vis2cat_formats::{Corr, UvfitsWriter};
 
 use super::{CommonArgs, progress::Bar, say};
-use crate::catalogue::truth;
+use crate::catalogue::{CatalogueSource, read_sources, write_truth};
 use crate::config::PriorConfig;
 use crate::coords::RaDec;
 use crate::detect::{Observer, field_of_view};
@@ -142,7 +143,14 @@ impl SimulateArgs {
 
     fn population(&self) -> Result<Vec<Source>, RunError> {
         if let Some(path) = &self.catalogue {
-            return Ok(truth::read(path, self.centre())?);
+            let centre = self.centre();
+            let source = |s: &CatalogueSource| Source {
+                lm: s.position.to_lm(centre),
+                flux_jy: s.flux_jy,
+                scale_rad: s.scale_rad,
+                e: s.e,
+            };
+            return Ok(read_sources(path)?.iter().map(source).collect());
         }
         let prior = PriorConfig { flux: self.flux, ..PriorConfig::default() }.source_prior();
         let field = field_of_view(self.fov.0);
@@ -159,7 +167,7 @@ pub(crate) fn execute(args: SimulateArgs) -> Result<(), RunError> {
     let config = args.config()?;
     let sources = args.population()?;
     if let Some(path) = &args.truth {
-        crate::run::refuse_existing(path, args.common.overwrite)?;
+        refuse_existing(path, args.common.overwrite)?;
     }
     let observation = crate::simulate::observation(&config)?;
     let mut writer = UvfitsWriter::create(&args.output, &observation, args.common.overwrite)?;
@@ -168,13 +176,25 @@ pub(crate) fn execute(args: SimulateArgs) -> Result<(), RunError> {
     let summary = simulate(&config, &sources, &mut writer, &mut |done, _| bar.advance(done, 0))?;
     bar.finish();
     if let Some(path) = &args.truth {
-        truth::write(path, args.common.overwrite, args.centre(), &sources, &summary.snr_s)?;
+        let truth = truth(args.centre(), &sources, &summary.snr_s);
+        write_truth(path, args.common.overwrite, Some(args.freq.0), &truth)?;
     }
     Box::new(writer).finish()?;
     if !args.common.quiet {
         say(&describe(&args, &summary, sources.len()));
     }
     Ok(())
+}
+
+fn truth(centre: RaDec, sources: &[Source], snr_s: &[f64]) -> Vec<CatalogueSource> {
+    let row = |(source, snr): (&Source, &f64)| CatalogueSource {
+        position: RaDec::from_lm(source.lm, centre),
+        flux_jy: source.flux_jy,
+        scale_rad: source.scale_rad,
+        e: source.e,
+        snr: *snr,
+    };
+    sources.iter().zip(snr_s).map(row).collect()
 }
 
 fn describe(args: &SimulateArgs, summary: &SimulationSummary, n_source: usize) -> String {

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Dataset, DatasetError, negated};
+use super::{Dataset, DatasetError, negated, with_profile};
 use crate::likelihood::{SourceTerm, VisBlock, Xy, accumulate_blocks, subtract};
 use crate::rime::Source;
 use crate::rime::shape::Profile;
@@ -50,12 +50,12 @@ fn accumulate_restored(
     terms: &[SourceTerm],
     sums: &mut [Xy],
 ) {
-    let added = negated(restored);
+    let added = with_profile(&negated(restored), profile);
     let partial: Vec<Vec<Xy>> = blocks
         .par_iter()
         .map(|block| {
             let mut block = block.clone();
-            subtract(&mut block, &added, profile);
+            subtract(&mut block, &added);
             let mut partial = vec![Xy::default(); terms.len()];
             accumulate_blocks(std::slice::from_ref(&block), terms, &mut partial);
             partial

@@ -65,7 +65,7 @@ impl Dataset {
         }
         let store = match blocks {
             Some(blocks) => Store::Resident(rescaled(blocks, &mut ingest, noise.weight_scale)?),
-            None => Store::Streamed(Stream::new(ingest, options.profile, options.memory_bytes)),
+            None => Store::Streamed(Stream::new(ingest, options.memory_bytes)),
         };
         Ok(Self { observation, field, info, profile: options.profile, store, removed: Vec::new() })
     }

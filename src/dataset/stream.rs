@@ -15,15 +15,14 @@ pub(super) struct Stream {
     ingest: Ingest,
     blocks_per_batch: usize,
     /// Sources subtracted as the data come in.
-    pub(super) removed: Vec<Source>,
-    profile: Profile,
+    pub(super) removed: Vec<(Source, Profile)>,
 }
 
 impl Stream {
-    pub(super) fn new(ingest: Ingest, profile: Profile, memory_bytes: f64) -> Self {
+    pub(super) fn new(ingest: Ingest, memory_bytes: f64) -> Self {
         let block_bytes = (BLOCK_LEN * SAMPLE_BYTES) as f64;
         let blocks_per_batch = (memory_bytes / (BATCHES as f64 * block_bytes)).max(1.0) as usize;
-        Self { ingest, blocks_per_batch, removed: Vec::new(), profile }
+        Self { ingest, blocks_per_batch, removed: Vec::new() }
     }
 
     pub(super) fn for_each_batch(
@@ -31,13 +30,12 @@ impl Stream {
         mut visit: impl FnMut(&[VisBlock]),
     ) -> Result<(), DatasetError> {
         self.ingest.rewind()?;
-        let (removed, profile) = (&self.removed, self.profile);
-        let (ingest, n) = (&mut self.ingest, self.blocks_per_batch);
+        let (ingest, removed, n) = (&mut self.ingest, &self.removed, self.blocks_per_batch);
         std::thread::scope(|scope| {
             let (send, receive) = sync_channel(BATCHES - 2);
             scope.spawn(move || {
                 loop {
-                    let batch = read_batch(ingest, removed, profile, n);
+                    let batch = read_batch(ingest, removed, n);
                     let is_last = batch.as_ref().map_or(true, Vec::is_empty);
                     // A closed channel means that the caller has given up.
                     if send.send(batch).is_err() || is_last {
@@ -58,14 +56,13 @@ impl Stream {
 
 fn read_batch(
     ingest: &mut Ingest,
-    removed: &[Source],
-    profile: Profile,
+    removed: &[(Source, Profile)],
     n_block: usize,
 ) -> Result<Vec<VisBlock>, DatasetError> {
     let mut batch = Vec::with_capacity(n_block);
     while batch.len() < n_block {
         let Some(mut block) = ingest.next_block(&mut NoTally)? else { break };
-        subtract(&mut block, removed, profile);
+        subtract(&mut block, removed);
         batch.push(block);
     }
     Ok(batch)

@@ -13,6 +13,8 @@ use crate::units::ARCSEC;
 
 /// Regions explored at a time: enough points for a pass, few enough dead points to hold.
 const IN_FLIGHT: usize = 64;
+/// A sample of less weight than this, of a total of one, is not worth keeping.
+const NO_WEIGHT: f64 = 1e-9;
 
 /// What a new sampler needs to know.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +26,8 @@ pub struct SamplerSettings {
 }
 
 /// Makes the samplers.
-pub type SamplerFactory = dyn Fn(SamplerSettings) -> Box<dyn Sampler> + Sync;
+pub type SamplerFactory =
+    dyn Fn(SamplerSettings) -> Result<Box<dyn Sampler>, SamplerError> + Sync;
 
 /// A region to explore.
 #[derive(Debug, Clone)]
@@ -64,11 +67,10 @@ pub(super) fn explore(
     let mut active: Vec<Active> = Vec::new();
     let (mut n_eval, mut n_done) = (0, 0);
     loop {
-        active.extend(queue.by_ref().take(IN_FLIGHT - active.len()).map(|(index, target)| Active {
-            index,
-            sampler: factory(target.sampler),
-            target,
-        }));
+        for (index, target) in queue.by_ref().take(IN_FLIGHT - active.len()) {
+            let sampler = factory(target.sampler).map_err(|e| in_region(&target.region, e))?;
+            active.push(Active { index, target, sampler });
+        }
         if active.is_empty() {
             return Ok(n_eval);
         }
@@ -138,14 +140,17 @@ fn in_region(region: &Region, source: SamplerError) -> DetectError {
     DetectError::Sampler { l_arcsec: centre.l / ARCSEC, m_arcsec: centre.m / ARCSEC, source }
 }
 
-/// Dead points with weights as samples of sources.
+/// Dead points, each with its ln weight, as samples of sources. Those whose weight is nothing are
+/// left out.
 pub(super) fn samples(
     run: &NestedRun,
-    weights: impl Iterator<Item = (usize, f64)>,
+    log_weights: impl Iterator<Item = (usize, f64)>,
     region: &Region,
     prior: &SourcePrior,
 ) -> Vec<ModeSample> {
-    weights
+    log_weights
+        .map(|(i, log_w)| (i, log_w.exp()))
+        .filter(|(_, weight)| *weight > NO_WEIGHT)
         .map(|(i, weight)| ModeSample {
             source: prior.source(region, &run.dead[i].u),
             log_l: run.dead[i].log_l,

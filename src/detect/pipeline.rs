@@ -131,8 +131,7 @@ fn modes_of(tile: usize, explored: &Explored, settings: &Settings, log_share: f6
     run.modes()
         .into_iter()
         .map(|mode| {
-            let weights = mode.weights.iter().copied().filter(|(_, weight)| *weight > 0.0);
-            let samples = samples(run, weights, region, &settings.prior);
+            let samples = samples(run, mode.samples.iter().copied(), region, &settings.prior);
             let mode = Mode::new(tile, samples, mode.log_z + log_share, mode.log_z_err);
             if mode.best_log_l > 0.0 { mode } else { mode.without_samples() }
         })

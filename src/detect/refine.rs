@@ -5,7 +5,6 @@ use super::{DetectError, Mode, Observer};
 use crate::dataset::Dataset;
 use crate::prior::{Region, SourcePrior};
 use crate::rime::Source;
-use crate::sampler::NestedRun;
 
 /// Half the side of the region about a source, in standard deviations of its position.
 const REGION_SIGMAS: f64 = 8.0;
@@ -80,8 +79,8 @@ impl Refinement<'_> {
     fn refined(&self, old: &Mode, explored: &Explored) -> Mode {
         let Explored { region, run, .. } = explored;
         let evidence = run.evidence();
-        let weights = evidence.weights().enumerate().filter(|(_, weight)| *weight > 0.0);
-        let samples = samples(run, weights, region, self.prior);
+        let log_w = run.log_weights().into_iter().map(|log_w| log_w - evidence.log_z);
+        let samples = samples(run, log_w.enumerate(), region, self.prior);
         let log_share = (region.area() / self.field.area()).ln();
         let mut mode =
             Mode::new(old.tile, samples, evidence.log_z + log_share, evidence.log_z_err);
