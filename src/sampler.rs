@@ -2,6 +2,50 @@
 //!
 //! A sampler is asked for points and told their likelihoods, so that whoever owns the data decides
 //! how points are evaluated: one pass over the data can serve the batches of many samplers.
+//!
+//! ```text
+//! MultiNest: ask -> points -> ln L -> tell, until ask is empty; finish -> NestedRun
+//! NestedRun: dead points with birth contours + the tree of modes
+//!     -> evidence(): log Z, its error, information, ess    -> log_weights()
+//!     -> modes(): the same for every mode, with its posterior samples
+//! ```
+//!
+//! # Examples
+//! ```
+//! use std::ops::ControlFlow;
+//! use vis2cat::sampler::{MultiNest, MultiNestConfig, run};
+//!
+//! // Two peaks in the unit square; the likelihood takes a batch of points, row after row.
+//! let log_l = |u: &[f64]| -> Result<Vec<f64>, std::convert::Infallible> {
+//!     let peak = |u: &[f64], x: f64| -((u[0] - x).powi(2) + (u[1] - 0.5).powi(2)) / 2e-4;
+//!     Ok(u.chunks(2).map(|u| peak(u, 0.2).max(peak(u, 0.8) - 1.0)).collect())
+//! };
+//! let config = MultiNestConfig { seed: 1, ..MultiNestConfig::new(2, 200) };
+//! let sampler = Box::new(MultiNest::new(config)?);
+//! let result = run(sampler, log_l, |_| ControlFlow::Continue(()))?;
+//!
+//! let evidence = result.evidence();
+//! let exact = (2e-4 * std::f64::consts::PI * (1.0 + f64::exp(-1.0))).ln();
+//! assert!((evidence.log_z - exact).abs() < 4.0 * evidence.log_z_err);
+//! let mut modes = result.modes();
+//! modes.sort_by(|a, b| b.log_z.total_cmp(&a.log_z));
+//! assert_eq!(modes.len(), 2);
+//! assert!((modes[0].mean[0] - 0.2).abs() < 0.01 && (modes[1].mean[0] - 0.8).abs() < 0.01);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod bound;
+mod evidence;
+mod modes;
+mod multinest;
+pub mod problems;
+mod run;
+
+pub use bound::Ellipsoid;
+pub use evidence::Evidence;
+pub use modes::ModeSummary;
+pub use multinest::{MultiNest, MultiNestConfig};
+pub use run::{RunError, run};
 
 /// A nested sampler, driven from outside: `ask`, evaluate, `tell`, until `ask` brings nothing.
 ///
@@ -76,15 +120,55 @@ pub struct DeadPoint {
     pub log_l: f64,
     /// The contour above which the point was drawn; -inf for the first live points.
     pub log_l_birth: f64,
-    /// Mode that the point belongs to: index into [`NestedRun::modes`].
+    /// Mode that the point died in: index into [`NestedRun::tree`].
     pub mode: usize,
+    /// Undivided mode in whose part of the cube the point lies; `mode` itself or a descendant.
+    pub leaf: usize,
 }
 
-/// All that a run leaves; evidence, weights and posterior are functions of it.
+/// A mode in the tree of splits; node 0 is the whole problem.
+///
+/// A parent lives until its live points part into groups, `n_split` of them in this one, at the
+/// contour `log_l_split`; from there each child has its own contour.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModeNode {
+    /// The mode that it split from, always earlier in the tree.
+    pub parent: Option<usize>,
+    /// Live points that it took from the parent.
+    pub n_split: usize,
+    /// Contour at the split.
+    pub log_l_split: f64,
+}
+
+impl ModeNode {
+    /// The whole problem.
+    pub fn root(n_live: usize) -> Self {
+        Self {
+            parent: None,
+            n_split: n_live,
+            log_l_split: f64::NEG_INFINITY,
+        }
+    }
+}
+
+/// All that a run leaves; evidence, weights and modes are functions of it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct NestedRun {
     /// Dimensions of the problem.
     pub n_dim: usize,
+    /// Likelihood evaluations.
+    pub n_eval: u64,
     /// Dead points, ln L ascending.
     pub dead: Vec<DeadPoint>,
+    /// Modes and how they split; undivided ones are what [`NestedRun::modes`] reports.
+    pub tree: Vec<ModeNode>,
+}
+
+/// ln(exp(a) + exp(b)).
+pub(crate) fn log_add(a: f64, b: f64) -> f64 {
+    let (low, high) = if a < b { (a, b) } else { (b, a) };
+    if low == f64::NEG_INFINITY {
+        return high;
+    }
+    high + (low - high).exp().ln_1p()
 }

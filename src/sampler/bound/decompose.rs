@@ -1,0 +1,274 @@
+//! Covers live points by few ellipsoids of small total volume.
+//!
+//! # Source
+//! Feroz, Hobson & Bridges 2009 (MNRAS 398, 1601), algorithm 1: split in two, move points to the
+//! ellipsoid with the lower h, keep the split if the volume falls, recurse. Ours differs in that
+//! sets are first parted at gaps in the mode dimensions, and that the volumes compared are those of
+//! ellipsoids enlarged for what they have not seen ([`super::fit`]), which penalises splits of few points.
+
+use super::cloud::{Cloud, Moments};
+use super::ellipsoid::Ellipsoid;
+use super::fit::{Cluster, fit, pooled};
+use super::friends::friends_of_friends;
+use nalgebra::DMatrix;
+
+/// What the recursion needs to know at each level.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::sampler) struct Decomposition<'a> {
+    /// The points.
+    pub(in crate::sampler) cloud: Cloud<'a>,
+    /// Dimensions in which gaps part the points.
+    pub(in crate::sampler) mode_dims: &'a [usize],
+    /// ln of the prior volume that each live point stands for, X/N.
+    pub(in crate::sampler) log_share: f64,
+}
+
+/// Volume (against the share) above which a set is worth looking into more deeply although its
+/// halves are no smaller. 2 in the paper; ellipsoids of few points are larger here.
+const WASTEFUL: f64 = 3.0;
+
+/// A split is kept if ln of the volume falls by this much: less is chance.
+const KEEP: f64 = 0.2;
+
+/// Ellipsoids around the points `index` with the points of each.
+pub(in crate::sampler) fn decompose(
+    problem: Decomposition,
+    index: Vec<usize>,
+) -> Vec<(Vec<usize>, Ellipsoid)> {
+    let whole = problem.fit(index, None);
+    let clusters = problem.divide(whole, None);
+    clusters
+        .into_iter()
+        .map(|c| (c.index, c.ellipsoid))
+        .collect()
+}
+
+/// Refits the ellipsoids to clusters that are already known.
+pub(in crate::sampler) fn refit(
+    problem: Decomposition,
+    clusters: Vec<Vec<usize>>,
+) -> Vec<(Vec<usize>, Ellipsoid)> {
+    let prior = pooled(problem.cloud, &clusters);
+    let fitted = clusters
+        .into_iter()
+        .map(|index| problem.fit(index, prior.as_ref()));
+    fitted.map(|c| (c.index, c.ellipsoid)).collect()
+}
+
+impl Decomposition<'_> {
+    fn fit(&self, index: Vec<usize>, prior: Option<&DMatrix<f64>>) -> Cluster {
+        let log_share = self.log_share + (index.len() as f64).ln();
+        fit(self.cloud, index, prior, log_share)
+    }
+
+    /// The set as one cluster or as several, whichever is smaller.
+    fn divide(&self, whole: Cluster, prior: Option<&DMatrix<f64>>) -> Vec<Cluster> {
+        let parts = friends_of_friends(self.cloud, &whole.index, self.mode_dims);
+        if parts.len() > 1 {
+            let pooled = pooled(self.cloud, &parts);
+            let prior = pooled.as_ref().or(prior);
+            let parts: Vec<_> = parts
+                .into_iter()
+                .map(|part| self.fit(part, prior))
+                .collect();
+            if log_volume(&parts) < whole.ellipsoid.log_volume() {
+                let divided = parts.into_iter().flat_map(|part| self.halve(part, prior));
+                return divided.collect();
+            }
+        }
+        self.halve(whole, prior)
+    }
+
+    /// Splits in two if that is smaller now, or after further splits of a wasteful set.
+    fn halve(&self, whole: Cluster, prior: Option<&DMatrix<f64>>) -> Vec<Cluster> {
+        let share = self.log_share + (whole.index.len() as f64).ln();
+        let log_whole = whole.ellipsoid.log_volume();
+        let excess = log_whole - share;
+        let smallest = 2 * (self.cloud.n_dim + 2);
+        if whole.index.len() < smallest || excess < 0.1 {
+            return vec![whole];
+        }
+        let Some(halves) = two_parts(self.cloud, &whole) else {
+            return vec![whole];
+        };
+        let pooled = pooled(self.cloud, &halves);
+        let prior = pooled.as_ref().or(prior);
+        let halves = halves.map(|half| self.fit(half, prior));
+        let better = log_volume(&halves) < log_whole - KEEP;
+        if !better && (excess < WASTEFUL.ln() || whole.index.len() < 2 * smallest) {
+            return vec![whole];
+        }
+        let divided: Vec<_> = halves
+            .into_iter()
+            .flat_map(|half| self.divide(half, prior))
+            .collect();
+        if better || log_volume(&divided) < log_whole - KEEP {
+            divided
+        } else {
+            vec![whole]
+        }
+    }
+}
+
+/// ln of the summed volume.
+fn log_volume(clusters: &[Cluster]) -> f64 {
+    clusters.iter().fold(f64::NEG_INFINITY, |sum, c| {
+        crate::sampler::log_add(sum, c.ellipsoid.log_volume())
+    })
+}
+
+/// 2-means in the whitened space of the set, then points move to the ellipsoid with the lower
+/// h = V(E) / n x Mahalanobis distance (FHB09 eq. 22), until none moves; none if a part gets smaller
+/// than d + 2 points.
+fn two_parts(cloud: Cloud, whole: &Cluster) -> Option<[Vec<usize>; 2]> {
+    let mut side = two_means(cloud, whole);
+    for _ in 0..5 {
+        let halves = sides(whole, &side, cloud.n_dim + 2)?;
+        let fits = halves.map(|half| tight(cloud, &half));
+        let [Some(a), Some(b)] = fits else {
+            break;
+        };
+        let mut moved = false;
+        for (&i, side) in whole.index.iter().zip(&mut side) {
+            let u = cloud.row(i);
+            let now = b.1 + b.0.distance2(u).ln() < a.1 + a.0.distance2(u).ln();
+            moved |= now != *side;
+            *side = now;
+        }
+        if !moved {
+            break;
+        }
+    }
+    sides(whole, &side, cloud.n_dim + 2)
+}
+
+/// The two parts, each of at least `smallest` points.
+fn sides(whole: &Cluster, side: &[bool], smallest: usize) -> Option<[Vec<usize>; 2]> {
+    let mut parts = [Vec::new(), Vec::new()];
+    for (&i, &side) in whole.index.iter().zip(side) {
+        parts[usize::from(side)].push(i);
+    }
+    (parts[0].len().min(parts[1].len()) >= smallest).then_some(parts)
+}
+
+/// The ellipsoid just around the points, and ln(V/n).
+fn tight(cloud: Cloud, index: &[usize]) -> Option<(Ellipsoid, f64)> {
+    let moments = Moments::of(cloud, index);
+    let covariance = moments.scatter() / index.len() as f64;
+    let mut ellipsoid = Ellipsoid::new(&moments.mean(), &covariance)?;
+    let radius2 = index
+        .iter()
+        .map(|&i| ellipsoid.distance2(cloud.row(i)))
+        .fold(0.0, f64::max);
+    ellipsoid.grow(0.5 * cloud.n_dim as f64 * radius2.ln());
+    let log_h = ellipsoid.log_volume() - (index.len() as f64).ln();
+    Some((ellipsoid, log_h))
+}
+
+/// Lloyd's 2-means from two far points: the one farthest from the centre, and the one farthest
+/// from that.
+fn two_means(cloud: Cloud, whole: &Cluster) -> Vec<bool> {
+    let n_dim = cloud.n_dim;
+    let z: Vec<f64> = whole
+        .index
+        .iter()
+        .flat_map(|&i| whole.ellipsoid.whiten(cloud.row(i)))
+        .collect();
+    let farthest = |from: &[f64]| {
+        let far = z
+            .chunks_exact(n_dim)
+            .max_by(|a, b| gap2(a, from).total_cmp(&gap2(b, from)));
+        far.map_or_else(|| from.to_vec(), <[f64]>::to_vec)
+    };
+    let first = farthest(&vec![0.0; n_dim]);
+    let mut centres = [farthest(&first), first];
+    let mut side = vec![false; whole.index.len()];
+    for _ in 0..10 {
+        let mut sums = [vec![0.0; n_dim], vec![0.0; n_dim]];
+        let mut counts = [0.0; 2];
+        let mut moved = false;
+        for (z, side) in z.chunks_exact(n_dim).zip(&mut side) {
+            let now = gap2(z, &centres[1]) < gap2(z, &centres[0]);
+            moved |= now != *side;
+            *side = now;
+            counts[usize::from(now)] += 1.0;
+            sums[usize::from(now)]
+                .iter_mut()
+                .zip(z)
+                .for_each(|(s, z)| *s += z);
+        }
+        if !moved || counts[0] == 0.0 || counts[1] == 0.0 {
+            break;
+        }
+        for ((centre, sum), count) in centres.iter_mut().zip(sums).zip(counts) {
+            *centre = sum.into_iter().map(|s| s / count).collect();
+        }
+    }
+    side
+}
+
+fn gap2(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::separate;
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    /// `n` points in each of some discs of radius 0.05.
+    fn discs(centres: &[[f64; 2]], n: usize) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(7);
+        let shape = DMatrix::identity(2, 2) * 0.0025;
+        let discs = centres.iter().map(|c| Ellipsoid::new(c, &shape).unwrap());
+        let mut points = Vec::new();
+        for disc in discs {
+            for _ in 0..n {
+                let mut u = [0.0; 2];
+                disc.sample(&mut rng, &mut u);
+                points.extend(u);
+            }
+        }
+        points
+    }
+
+    fn run(u: &[f64], mode_dims: &[usize]) -> Vec<(Vec<usize>, Ellipsoid)> {
+        // Four discs at most.
+        let log_share = (0.01 * std::f64::consts::PI / (u.len() / 2) as f64).ln();
+        let problem = Decomposition {
+            cloud: Cloud { u, n_dim: 2 },
+            mode_dims,
+            log_share,
+        };
+        decompose(problem, (0..u.len() / 2).collect())
+    }
+
+    #[test]
+    fn four_discs_become_four_ellipsoids_with_and_without_mode_dimensions() {
+        let u = discs(&[[0.2, 0.2], [0.8, 0.2], [0.5, 0.7], [0.8, 0.8]], 60);
+        for dims in [&[0, 1][..], &[]] {
+            let found = run(&u, dims);
+            assert_eq!(found.len(), 4);
+            let ellipsoids: Vec<_> = found.into_iter().map(|(_, e)| e).collect();
+            assert_eq!(separate(&ellipsoids).len(), 4);
+        }
+    }
+
+    #[test]
+    fn one_disc_stays_one() {
+        assert_eq!(run(&discs(&[[0.5, 0.5]], 300), &[0, 1]).len(), 1);
+    }
+
+    #[test]
+    fn six_points_beside_a_crowd_get_their_own_ellipsoid() {
+        let mut u = discs(&[[0.2, 0.2]], 200);
+        u.extend(discs(&[[0.8, 0.8]], 6));
+        let found = run(&u, &[0, 1]);
+        assert_eq!(
+            found.iter().map(|(i, _)| i.len()).collect::<Vec<_>>(),
+            [200, 6]
+        );
+    }
+}

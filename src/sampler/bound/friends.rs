@@ -1,0 +1,210 @@
+//! Friends of friends: sets of points with no large gap inside them.
+
+use super::cloud::{Cloud, Moments};
+
+/// A point's own scale is the distance to this neighbour, so a set of up to this many points
+/// always joins another: smaller sets have no scale of their own.
+const NEIGHBOUR: usize = 3;
+
+/// Two points are friends if they are closer than this many scales of either: about 12 friends in a
+/// uniform plane, where 4 already connect thousands of points (Balister et al. 2005).
+const REACH2: f64 = 4.0;
+
+/// Parts of `index` that are connected in the dimensions `dims`, whitened; each part ascending,
+/// parts in the order of their first point.
+///
+/// The scale adapts to each point, so that a dense and a sparse part can stand beside each other.
+pub(super) fn friends_of_friends(cloud: Cloud, index: &[usize], dims: &[usize]) -> Vec<Vec<usize>> {
+    if index.len() < 2 * (NEIGHBOUR + 1) || dims.is_empty() {
+        return vec![index.to_vec()];
+    }
+    let z = whiten(cloud, index, dims);
+    let k = dims.len();
+    let mut order: Vec<usize> = (0..index.len()).collect();
+    order.sort_by(|&a, &b| z[a * k].total_cmp(&z[b * k]).then(a.cmp(&b)));
+    let sorted: Vec<f64> = order
+        .iter()
+        .flat_map(|&i| &z[i * k..(i + 1) * k])
+        .copied()
+        .collect();
+    let mut sets = Sets::new(order.len());
+    for i in 0..order.len() {
+        let reach2 = REACH2 * scale2(&sorted, k, i);
+        sweep(&sorted, k, i, reach2, |j, d2, limit| {
+            if d2 <= limit {
+                sets.join(i, j);
+            }
+            limit
+        });
+    }
+    collect(&mut sets, &order, index)
+}
+
+/// Coordinates `dims` of the points in units of their covariance.
+fn whiten(cloud: Cloud, index: &[usize], dims: &[usize]) -> Vec<f64> {
+    let pick = |i: usize| dims.iter().map(move |&d| cloud.row(i)[d]);
+    let flat: Vec<f64> = index.iter().flat_map(|&i| pick(i)).collect();
+    let part = Cloud {
+        u: &flat,
+        n_dim: dims.len(),
+    };
+    let moments = Moments::of(part, &(0..index.len()).collect::<Vec<_>>());
+    let mut shape = moments.scatter() / index.len() as f64;
+    (0..dims.len()).for_each(|i| shape[(i, i)] = shape[(i, i)] * (1.0 + 1e-9) + 1e-30);
+    let Some(cholesky) = shape.cholesky() else {
+        return flat;
+    };
+    let points = nalgebra::DMatrix::from_column_slice(dims.len(), index.len(), &flat);
+    match cholesky.l().solve_lower_triangular(&points) {
+        Some(z) => z.as_slice().to_vec(),
+        None => flat,
+    }
+}
+
+/// Squared distance to the `NEIGHBOUR`th neighbour.
+fn scale2(sorted: &[f64], k: usize, i: usize) -> f64 {
+    let mut nearest = [f64::INFINITY; NEIGHBOUR];
+    sweep(sorted, k, i, f64::INFINITY, |_, d2, _| {
+        if d2 < nearest[NEIGHBOUR - 1] {
+            nearest[NEIGHBOUR - 1] = d2;
+            nearest.sort_by(f64::total_cmp);
+        }
+        nearest[NEIGHBOUR - 1]
+    });
+    nearest[NEIGHBOUR - 1]
+}
+
+/// Visits the neighbours of point `i` along the first axis, both ways, until that axis alone
+/// exceeds the limit, which `visit(j, distance², limit)` returns anew.
+fn sweep(
+    sorted: &[f64],
+    k: usize,
+    i: usize,
+    mut limit: f64,
+    mut visit: impl FnMut(usize, f64, f64) -> f64,
+) {
+    let here = &sorted[i * k..(i + 1) * k];
+    let n = sorted.len() / k;
+    let distance2 = |j: usize| -> f64 {
+        let there = &sorted[j * k..(j + 1) * k];
+        here.iter().zip(there).map(|(a, b)| (a - b) * (a - b)).sum()
+    };
+    let along = |j: usize| (sorted[j * k] - here[0]).powi(2);
+    let (mut left, mut right) = (i, i + 1);
+    loop {
+        let to_left = if left > 0 {
+            along(left - 1)
+        } else {
+            f64::INFINITY
+        };
+        let to_right = if right < n {
+            along(right)
+        } else {
+            f64::INFINITY
+        };
+        let nearer = to_left.min(to_right);
+        if nearer > limit || nearer == f64::INFINITY {
+            return;
+        }
+        let j = if to_left <= to_right {
+            left -= 1;
+            left
+        } else {
+            right += 1;
+            right - 1
+        };
+        limit = visit(j, distance2(j), limit);
+    }
+}
+
+/// The parts as sets of the caller's indices.
+fn collect(sets: &mut Sets, order: &[usize], index: &[usize]) -> Vec<Vec<usize>> {
+    let mut root = vec![0; order.len()];
+    for (position, &original) in order.iter().enumerate() {
+        root[original] = sets.find(position);
+    }
+    group_by_root(&root)
+        .into_iter()
+        .map(|part| part.into_iter().map(|i| index[i]).collect())
+        .collect()
+}
+
+/// Positions with the same root, in the order of first appearance.
+fn group_by_root(root: &[usize]) -> Vec<Vec<usize>> {
+    let mut place = vec![usize::MAX; root.len()];
+    let mut parts: Vec<Vec<usize>> = Vec::new();
+    for (i, &r) in root.iter().enumerate() {
+        if place[r] == usize::MAX {
+            place[r] = parts.len();
+            parts.push(Vec::new());
+        }
+        parts[place[r]].push(i);
+    }
+    parts
+}
+
+/// Disjoint sets with path halving.
+#[derive(Debug)]
+pub(super) struct Sets(Vec<usize>);
+
+impl Sets {
+    /// Every element on its own.
+    pub(super) fn new(n: usize) -> Self {
+        Self((0..n).collect())
+    }
+
+    pub(super) fn find(&mut self, mut i: usize) -> usize {
+        while self.0[i] != i {
+            self.0[i] = self.0[self.0[i]];
+            i = self.0[i];
+        }
+        i
+    }
+
+    /// The smaller root stays, so the result does not depend on the order of joins.
+    pub(super) fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.find(a), self.find(b));
+        self.0[a.max(b)] = a.min(b);
+    }
+
+    /// Elements of each set, sets in the order of their first element.
+    pub(super) fn parts(&mut self) -> Vec<Vec<usize>> {
+        let root: Vec<usize> = (0..self.0.len()).map(|i| self.find(i)).collect();
+        group_by_root(&root)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    fn parts(u: &[f64]) -> Vec<usize> {
+        let cloud = Cloud { u, n_dim: 2 };
+        let index: Vec<usize> = (0..u.len() / 2).collect();
+        let parts = friends_of_friends(cloud, &index, &[0, 1]);
+        parts.iter().map(Vec::len).collect()
+    }
+
+    #[test]
+    fn a_uniform_square_is_one_part() {
+        let mut rng = ChaCha8Rng::seed_from_u64(2);
+        for n in [20, 200, 2000] {
+            for _ in 0..5 {
+                let u: Vec<f64> = (0..2 * n).map(|_| rng.random()).collect();
+                assert_eq!(parts(&u), [n]);
+            }
+        }
+    }
+
+    #[test]
+    fn five_points_far_from_a_crowd_are_a_part_but_two_are_not() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let mut u: Vec<f64> = (0..400).map(|_| 0.2 * rng.random::<f64>()).collect();
+        u.extend((0..10).map(|_| 0.9 + 0.01 * rng.random::<f64>()));
+        assert_eq!(parts(&u), [200, 5]);
+        u.truncate(404);
+        assert_eq!(parts(&u), [202]);
+    }
+}
