@@ -34,8 +34,10 @@ mod frame;
 mod frequencies;
 mod groups;
 mod parameters;
+mod plan;
 mod reader;
 mod sources;
+mod tables;
 mod writer;
 
 pub use reader::UvfitsReader;

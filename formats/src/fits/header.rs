@@ -95,11 +95,6 @@ impl Header {
         Ok(())
     }
 
-    /// Whether the keyword is there.
-    pub(crate) fn has(&self, key: &str) -> bool {
-        self.values.contains_key(key)
-    }
-
     /// A string; `None` where it is missing, blank or no string.
     pub(crate) fn text(&self, key: &str) -> Option<&str> {
         match self.values.get(key) {
