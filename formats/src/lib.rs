@@ -16,12 +16,17 @@
 
 mod chunk;
 mod error;
+mod fits;
 mod observation;
+mod open;
 mod reader;
+mod uvfits;
 
 pub use chunk::VisChunk;
 pub use error::{ReadError, WriteError};
 pub use observation::{
     Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, Observation, TimeScale,
 };
+pub use open::open;
 pub use reader::{VisReader, VisWriter};
+pub use uvfits::{UvfitsReader, UvfitsWriter};

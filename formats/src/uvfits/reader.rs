@@ -1,0 +1,334 @@
+//! Reading.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
+
+use super::antennas::{Antennas, ArrayHeader};
+use super::axes::Axes;
+use super::baseline::{self, Pair};
+use super::date;
+use super::frequencies::Frequencies;
+use super::groups::Layout;
+use super::parameters::{Parameters, Projection, from_ncp};
+use super::sources::Sources;
+use crate::fits::header::{Header, Place};
+use crate::fits::scan::{self, Hdu};
+use crate::{Observation, ReadError, VisChunk, VisReader};
+
+/// Bytes read from the file at a time (at least one group).
+const BUFFER_BYTES: usize = 1 << 20;
+
+/// Reads a UVFITS file.
+///
+/// Holds one buffer of about a megabyte, or of one group where that is longer.
+#[derive(Debug)]
+pub struct UvfitsReader {
+    file: File,
+    place: Place,
+    observation: Observation,
+    layout: Layout,
+    parameters: Parameters,
+    antennas: Antennas,
+    frequencies: Frequencies,
+    sources: Sources,
+    data_offset: u64,
+    next_row: u64,
+    buffer: Vec<u8>,
+    odd: OddSamples,
+}
+
+/// Samples that were flagged for not being finite.
+#[derive(Debug, Default)]
+struct OddSamples {
+    count: u64,
+    first_row: u64,
+    reported: bool,
+}
+
+impl UvfitsReader {
+    /// Opens a file: reads its headers and tables and checks all sizes.
+    ///
+    /// # Errors
+    /// The file is no UVFITS file, is damaged or truncated, or holds what we cannot read.
+    pub fn open(path: &Path) -> Result<Self, ReadError> {
+        let io = |source| ReadError::Io {
+            path: path.to_owned(),
+            source,
+        };
+        let mut file = File::open(path).map_err(io)?;
+        let hdus = scan::scan(path, &mut file)?;
+        let primary = &hdus[0];
+        let header = &primary.header;
+        check_groups(primary)?;
+
+        let mut warnings = Vec::new();
+        let axes = Axes::read(header, &primary.axes[1..])?;
+        let frequencies = Frequencies::read(&mut file, &hdus, &axes, &mut warnings)?;
+        let ref_hz = header.need_real(&format!("CRVAL{}", axes.freq.number))?;
+        let parameters = Parameters::read(header, ref_hz)?;
+        let layout = Layout::read(header, &axes, parameters.n_param)?;
+        let has_source = parameters.source.is_there();
+        let sources = Sources::read(&mut file, &hdus, &axes, has_source, &mut warnings)?;
+        let (antennas, array) = Antennas::read(&mut file, &hdus, &mut warnings)?;
+        if axes.complex.len == 2 {
+            warnings.push("the COMPLEX axis has no weights: all are taken as 1".into());
+        }
+
+        let mut observation = describe(header, &array);
+        observation.antennas.clone_from(&antennas.list);
+        observation.fields.clone_from(&sources.fields);
+        observation.freq_setups.clone_from(&frequencies.setups);
+        observation.corrs = axes.corrs(header)?;
+        observation.n_row = header.need_count("GCOUNT")?;
+        observation.warnings = warnings;
+        let mut reader = Self {
+            place: header.place.clone(),
+            data_offset: primary.data_offset,
+            file,
+            observation,
+            layout,
+            parameters,
+            antennas,
+            frequencies,
+            sources,
+            next_row: 0,
+            buffer: Vec::new(),
+            odd: OddSamples::default(),
+        };
+        reader.rewind()?;
+        Ok(reader)
+    }
+
+    /// Appends one group to the chunk.
+    fn append(&mut self, group: &[u8], chunk: &mut VisChunk) -> Result<(), ReadError> {
+        let row = self.next_row;
+        let raw = |at| self.layout.parameter(group, at);
+        let parameters = &self.parameters;
+        let pair = self.pair(row, raw)?;
+        let field = match parameters.source.is_there() {
+            true => self.look_up(row, "SOURCE", &parameters.source.value(raw), |n| {
+                self.sources.find(n)
+            })?,
+            false => 0,
+        };
+        let setup = match parameters.freq_sel.is_there() {
+            true => self.look_up(row, "FREQSEL", &parameters.freq_sel.value(raw), |n| {
+                self.frequencies.find(n)
+            })?,
+            false => 0,
+        };
+        let mut uvw_m = [0, 1, 2].map(|d| parameters.uvw[d].value(raw) * parameters.uvw_to_m);
+        if parameters.projection == Projection::Ncp {
+            uvw_m = from_ncp(uvw_m, self.sources.fields[field as usize].dec_rad);
+        }
+        let time_mjd = parameters.date.mjd(raw);
+        if !(uvw_m.iter().all(|x| x.is_finite()) && time_mjd.is_finite()) {
+            return Err(self.row_error(
+                row,
+                "UU, VV, WW, DATE",
+                "a coordinate or the time is not finite",
+            ));
+        }
+        let interval_s = parameters.int_time.value(raw);
+        let known = parameters.int_time.is_there() && interval_s.is_finite() && interval_s > 0.0;
+
+        chunk.uvw_m_r.push(uvw_m);
+        chunk.time_mjd_r.push(time_mjd);
+        chunk
+            .interval_s_r
+            .push(if known { interval_s } else { f64::NAN });
+        chunk
+            .ant1_r
+            .push(self.antenna(row, pair.subarray, pair.ant1)?);
+        chunk
+            .ant2_r
+            .push(self.antenna(row, pair.subarray, pair.ant2)?);
+        chunk.field_r.push(field);
+        chunk.freq_setup_r.push(setup);
+        let n_odd = self.layout.append_data(group, chunk);
+        chunk.n_row += 1;
+        if n_odd > 0 && self.odd.count == 0 {
+            self.odd.first_row = row;
+        }
+        self.odd.count += n_odd;
+        self.next_row += 1;
+        Ok(())
+    }
+
+    /// Which antennas a row is of; ANTENNA1 and ANTENNA2 go before BASELINE.
+    fn pair(&self, row: u64, raw: impl Fn(usize) -> f64 + Copy) -> Result<Pair, ReadError> {
+        let parameters = &self.parameters;
+        if parameters.has_antenna_pair() {
+            let subarray = match parameters.subarray.is_there() {
+                true => self
+                    .whole(row, "SUBARRAY", parameters.subarray.value(raw))?
+                    .max(1),
+                false => 1,
+            };
+            return Ok(Pair {
+                subarray,
+                ant1: self.whole(row, "ANTENNA1", parameters.ant1.value(raw))?,
+                ant2: self.whole(row, "ANTENNA2", parameters.ant2.value(raw))?,
+            });
+        }
+        let value = parameters.baseline.value(raw);
+        baseline::decode(value).ok_or_else(|| {
+            self.row_error(row, "BASELINE", format!("{value} is no pair of antennas"))
+        })
+    }
+
+    /// A parameter that must be a whole number of zero or more.
+    fn whole(&self, row: u64, name: &str, value: f64) -> Result<u32, ReadError> {
+        if value.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&value) {
+            return Ok(value as u32);
+        }
+        Err(self.row_error(
+            row,
+            name,
+            format!("{value} is not a whole number of 0 or more"),
+        ))
+    }
+
+    /// The index of a number that a row names in a table.
+    fn look_up(
+        &self,
+        row: u64,
+        name: &str,
+        value: &f64,
+        find: impl Fn(i64) -> Option<u32>,
+    ) -> Result<u32, ReadError> {
+        let known = if value.is_finite() {
+            find(value.round() as i64)
+        } else {
+            None
+        };
+        known.ok_or_else(|| self.row_error(row, name, format!("{value} is not in its table")))
+    }
+
+    fn antenna(&self, row: u64, subarray: u32, number: u32) -> Result<u32, ReadError> {
+        self.antennas.find(subarray, number).ok_or_else(|| {
+            let what =
+                format!("antenna {number} of subarray {subarray} is not in the AIPS AN table");
+            self.row_error(row, "BASELINE", what)
+        })
+    }
+
+    fn row_error(&self, row: u64, name: &str, what: impl Into<String>) -> ReadError {
+        let at = format!("group {} of {}: {name}", row + 1, self.observation.n_row);
+        self.place.malformed(&at, what)
+    }
+
+    /// Tells once, at the end of the first whole pass, what was flagged on the way.
+    fn report_odd(&mut self) {
+        if self.odd.count > 0 && !self.odd.reported {
+            self.observation.warnings.push(format!(
+                "{} samples have a visibility or weight that is not finite and were flagged, the \
+                 first in group {}",
+                self.odd.count,
+                self.odd.first_row + 1
+            ));
+            self.odd.reported = true;
+        }
+    }
+}
+
+impl VisReader for UvfitsReader {
+    fn observation(&self) -> &Observation {
+        &self.observation
+    }
+
+    fn read_chunk(&mut self, chunk: &mut VisChunk) -> Result<usize, ReadError> {
+        let n_chan = self.observation.freq_setups[0].freq_hz_f.len();
+        chunk.clear(n_chan, self.observation.corrs.len());
+        let group_bytes = self.layout.group_bytes;
+        let per_read = (BUFFER_BYTES / group_bytes).max(1);
+        let left = self.observation.n_row - self.next_row;
+        let wanted = usize::try_from(left)
+            .unwrap_or(usize::MAX)
+            .min(chunk.max_row);
+        let mut buffer = std::mem::take(&mut self.buffer);
+        let mut result = Ok(wanted);
+        while chunk.n_row < wanted && result.is_ok() {
+            let n_group = (wanted - chunk.n_row).min(per_read);
+            buffer.resize(n_group * group_bytes, 0);
+            result = self
+                .file
+                .read_exact(&mut buffer)
+                .map_err(|e| self.place.io(e))
+                .and_then(|()| {
+                    buffer
+                        .chunks_exact(group_bytes)
+                        .try_for_each(|group| self.append(group, chunk))
+                })
+                .map(|()| wanted);
+        }
+        self.buffer = buffer;
+        if result.is_err() {
+            chunk.clear(n_chan, self.observation.corrs.len());
+        } else if self.next_row == self.observation.n_row {
+            self.report_odd();
+        }
+        result
+    }
+
+    fn rewind(&mut self) -> Result<(), ReadError> {
+        self.next_row = 0;
+        if !self.odd.reported {
+            self.odd.count = 0;
+        }
+        self.file
+            .seek(SeekFrom::Start(self.data_offset))
+            .map_err(|e| self.place.io(e))?;
+        Ok(())
+    }
+}
+
+/// Tells random groups from everything else that a FITS file may be.
+fn check_groups(primary: &Hdu) -> Result<(), ReadError> {
+    let header = &primary.header;
+    if scan::is_uv_table_form(primary) {
+        let what = "visibilities in a table (the AIPS FITAB form) are not read; write random \
+                    groups instead, with FITTP in AIPS or with a converter";
+        return Err(header.place.unsupported("NAXIS1 = 777777701", what));
+    }
+    if !header.logical("GROUPS") || primary.axes.first() != Some(&0) || primary.axes.len() < 2 {
+        let what =
+            "this FITS file has no random groups (GROUPS = T with NAXIS1 = 0): no UVFITS file";
+        return Err(header.place.malformed("GROUPS", what));
+    }
+    if header.need_count("GCOUNT")? == 0 {
+        return Err(header
+            .place
+            .malformed("GCOUNT", "is 0: the file holds no visibilities"));
+    }
+    Ok(())
+}
+
+/// What the primary header and the antenna table say about the observation.
+fn describe(header: &Header, array: &ArrayHeader) -> Observation {
+    let text = |key| header.text(key).unwrap_or("").to_owned();
+    let telescope = header
+        .text("TELESCOP")
+        .map_or_else(|| array.name.clone(), str::to_owned);
+    let day = header.text("DATE-OBS").and_then(date::parse_day);
+    let mut earth = array.earth;
+    // Sidereal time is at 0 h of the reference day: without a day it says nothing, and it would
+    // be misread beside the day of another date.
+    if array.reference_day.is_none() || day.is_some() && day != array.reference_day {
+        earth.gst0_deg = None;
+    }
+    Observation {
+        telescope,
+        instrument: text("INSTRUME"),
+        observer: text("OBSERVER"),
+        date_obs: day
+            .or_else(|| array.reference_day.clone())
+            .unwrap_or_default(),
+        array_position_m: array.position_m,
+        time_scale: array.time_scale,
+        earth,
+        history: header.history.clone(),
+        ..Observation::default()
+    }
+}

@@ -1,0 +1,355 @@
+//! Writing.
+
+use std::fs::OpenOptions;
+use std::io::{BufWriter, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use super::plan::Plan;
+use super::{C_M_S, baseline, tables};
+use crate::fits::BLOCK_BYTES;
+use crate::fits::card::Cards;
+use crate::{Observation, VisChunk, VisWriter, WriteError};
+
+/// Bytes gathered before each write.
+const BUFFER_BYTES: usize = 1 << 20;
+
+/// Writes a UVFITS file.
+///
+/// Rows go to a hidden file beside the target, which takes the target's name in
+/// [`finish`](VisWriter::finish); dropped before, the writer leaves nothing. The number of rows need
+/// not be known: GCOUNT is filled in at the end.
+///
+/// A flag becomes the sign of the weight. A flagged sample keeps its visibility. Where the plan of
+/// correlations in [`Observation::corrs`] is no arithmetic series of codes, as the STOKES axis wants
+/// it, they are written in the order of their codes.
+#[derive(Debug)]
+pub struct UvfitsWriter {
+    path: PathBuf,
+    overwrite: bool,
+    observation: Observation,
+    plan: Plan,
+    file: BufWriter<NamedTempFile>,
+    /// Known from the first row on.
+    started: Option<Started>,
+    n_row: u64,
+    row: Vec<u8>,
+}
+
+/// What the first row decides.
+#[derive(Debug, Clone, Copy)]
+struct Started {
+    /// Where the value of GCOUNT stands in the file.
+    gcount_offset: u64,
+    /// The day that dates are counted from.
+    day_mjd: f64,
+    /// Whether rows have an integration time.
+    has_interval: bool,
+}
+
+impl UvfitsWriter {
+    /// Starts a file for `observation`.
+    ///
+    /// # Errors
+    /// The target exists and `overwrite` is false, its folder cannot be written, or the
+    /// observation cannot be put into a UVFITS file.
+    pub fn create(
+        path: &Path,
+        observation: &Observation,
+        overwrite: bool,
+    ) -> Result<Self, WriteError> {
+        if !overwrite && path.exists() {
+            return Err(WriteError::Exists {
+                path: path.to_owned(),
+            });
+        }
+        let plan = Plan::new(observation).map_err(|what| WriteError::Parameter {
+            path: path.to_owned(),
+            what,
+        })?;
+        let file = hidden_file_beside(path).map_err(|source| WriteError::Io {
+            path: path.to_owned(),
+            source,
+        })?;
+        Ok(Self {
+            path: path.to_owned(),
+            overwrite,
+            observation: observation.clone(),
+            plan,
+            file: BufWriter::with_capacity(BUFFER_BYTES, file),
+            started: None,
+            n_row: 0,
+            row: Vec::new(),
+        })
+    }
+
+    /// Writes the header, now that the first row is known.
+    fn start(&mut self, chunk: &VisChunk) -> Result<Started, WriteError> {
+        let day_mjd = chunk.time_mjd_r[0].floor();
+        let has_interval = chunk.interval_s_r.iter().any(|s| s.is_finite());
+        let mut cards = Cards::default();
+        let gcount_at =
+            self.plan
+                .primary_cards(&mut cards, &self.observation, day_mjd, has_interval);
+        self.write(&cards.end())?;
+        let started = Started {
+            gcount_offset: gcount_at as u64,
+            day_mjd,
+            has_interval,
+        };
+        self.started = Some(started);
+        Ok(started)
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<(), WriteError> {
+        self.file.write_all(bytes).map_err(|source| WriteError::Io {
+            path: self.path.clone(),
+            source,
+        })
+    }
+
+    /// One row as a group of big-endian floats, in `self.row`.
+    fn encode(&mut self, chunk: &VisChunk, row: usize, started: Started) {
+        let plan = &self.plan;
+        let bytes = &mut self.row;
+        bytes.clear();
+        let mut push = |value: f32| bytes.extend_from_slice(&value.to_be_bytes());
+        let (uvw_high, uvw_low) = split3(chunk.uvw_m_r[row].map(|metres| metres / C_M_S));
+        let (date_high, date_low) = split(chunk.time_mjd_r[row] - started.day_mjd);
+        let ant1 = plan.antenna_numbers[chunk.ant1_r[row] as usize];
+        let ant2 = plan.antenna_numbers[chunk.ant2_r[row] as usize];
+        uvw_high.into_iter().for_each(&mut push);
+        push(date_high);
+        push(date_low);
+        if plan.has_baseline {
+            push(baseline::encode(ant1, ant2));
+        }
+        push(ant1 as f32);
+        push(ant2 as f32);
+        push(1.0);
+        if plan.has_source {
+            push((chunk.field_r[row] + 1) as f32);
+        }
+        if plan.has_freq_sel {
+            push((chunk.freq_setup_r[row] + 1) as f32);
+        }
+        if started.has_interval {
+            let interval_s = chunk.interval_s_r[row];
+            push(if interval_s.is_finite() {
+                interval_s as f32
+            } else {
+                0.0
+            });
+        }
+        uvw_low.into_iter().for_each(&mut push);
+
+        let per_row = chunk.values_per_row();
+        let span = row * per_row..(row + 1) * per_row;
+        let vis = chunk.vis_jy_rfp[span.clone()].chunks_exact(chunk.n_corr);
+        let weights = chunk.weight_rfp[span.clone()].chunks_exact(chunk.n_corr);
+        let flags = chunk.flag_rfp[span].chunks_exact(chunk.n_corr);
+        for ((vis, weights), flags) in vis.zip(weights).zip(flags) {
+            for &p in &plan.corr_order {
+                push(vis[p].re);
+                push(vis[p].im);
+                push(signed_weight(weights[p], flags[p]));
+            }
+        }
+    }
+
+    /// A chunk must have the observation's shape and name only what that has.
+    fn check(&self, chunk: &VisChunk) -> Result<(), String> {
+        let (n_chan, n_corr) = (self.plan.n_chan, self.plan.corr_order.len());
+        if (chunk.n_chan, chunk.n_corr) != (n_chan, n_corr) {
+            return Err(format!(
+                "a chunk has {} channels and {} correlations, the observation {n_chan} and {n_corr}",
+                chunk.n_chan, chunk.n_corr
+            ));
+        }
+        let n_row = chunk.n_row;
+        let n_value = n_row * n_chan * n_corr;
+        let lens = [
+            (chunk.uvw_m_r.len(), n_row),
+            (chunk.time_mjd_r.len(), n_row),
+            (chunk.interval_s_r.len(), n_row),
+            (chunk.ant1_r.len(), n_row),
+            (chunk.ant2_r.len(), n_row),
+            (chunk.field_r.len(), n_row),
+            (chunk.freq_setup_r.len(), n_row),
+            (chunk.vis_jy_rfp.len(), n_value),
+            (chunk.weight_rfp.len(), n_value),
+            (chunk.flag_rfp.len(), n_value),
+        ];
+        if lens.iter().any(|(found, wanted)| found != wanted) {
+            return Err(format!(
+                "a chunk of {n_row} rows has arrays of other lengths"
+            ));
+        }
+        let observation = &self.observation;
+        let indices = [
+            ("antenna", &chunk.ant1_r, observation.antennas.len()),
+            ("antenna", &chunk.ant2_r, observation.antennas.len()),
+            ("field", &chunk.field_r, observation.fields.len()),
+            (
+                "frequency set-up",
+                &chunk.freq_setup_r,
+                observation.freq_setups.len(),
+            ),
+        ];
+        for (what, values, len) in indices {
+            if let Some(row) = values.iter().position(|&index| index as usize >= len) {
+                let at = self.n_row + row as u64 + 1;
+                return Err(format!("row {at}: {what} {} of {len}", values[row]));
+            }
+        }
+        let finite = |row: &usize| {
+            chunk.time_mjd_r[*row].is_finite() && chunk.uvw_m_r[*row].iter().all(|x| x.is_finite())
+        };
+        match (0..n_row).find(|row| !finite(row)) {
+            Some(row) => Err(format!(
+                "row {}: the time or a coordinate is not finite",
+                self.n_row + row as u64 + 1
+            )),
+            None => Ok(()),
+        }
+    }
+
+    fn parameter_error(&self, what: String) -> WriteError {
+        WriteError::Parameter {
+            path: self.path.clone(),
+            what,
+        }
+    }
+
+    /// Pads the data, fills in GCOUNT and appends the tables.
+    fn complete(&mut self) -> Result<(), WriteError> {
+        let Some(started) = self.started else {
+            return Err(self.parameter_error("no row was written; UVFITS cannot be empty".into()));
+        };
+        let data_bytes = self.n_row * self.row.len() as u64;
+        let padding = data_bytes.next_multiple_of(BLOCK_BYTES as u64) - data_bytes;
+        self.write(&vec![0; padding as usize])?;
+        let tables = tables::all(&self.observation, &self.plan, started.day_mjd)
+            .map_err(|what| self.parameter_error(what))?;
+        self.write(&tables)?;
+        let gcount = format!("{:>20}", self.n_row);
+        let io = |source| WriteError::Io {
+            path: self.path.clone(),
+            source,
+        };
+        self.file
+            .seek(SeekFrom::Start(started.gcount_offset))
+            .map_err(io)?;
+        self.file.write_all(gcount.as_bytes()).map_err(io)?;
+        self.file.flush().map_err(io)?;
+        self.file.get_ref().as_file().sync_all().map_err(io)
+    }
+}
+
+impl VisWriter for UvfitsWriter {
+    fn write_chunk(&mut self, chunk: &VisChunk) -> Result<(), WriteError> {
+        if chunk.n_row == 0 {
+            return Ok(());
+        }
+        self.check(chunk)
+            .map_err(|what| self.parameter_error(what))?;
+        let started = match self.started {
+            Some(started) => started,
+            None => self.start(chunk)?,
+        };
+        for row in 0..chunk.n_row {
+            self.encode(chunk, row, started);
+            let bytes = std::mem::take(&mut self.row);
+            self.write(&bytes)?;
+            self.row = bytes;
+            self.n_row += 1;
+        }
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<(), WriteError> {
+        self.complete()?;
+        let Self {
+            path,
+            overwrite,
+            file,
+            ..
+        } = *self;
+        let file = file.into_inner().map_err(|error| WriteError::Io {
+            path: path.clone(),
+            source: error.into_error(),
+        })?;
+        let moved = if overwrite {
+            file.persist(&path)
+        } else {
+            file.persist_noclobber(&path)
+        };
+        match moved {
+            Ok(_) => Ok(()),
+            Err(error) if error.error.kind() == std::io::ErrorKind::AlreadyExists => {
+                Err(WriteError::Exists { path })
+            }
+            Err(error) => Err(WriteError::Io {
+                path,
+                source: error.error,
+            }),
+        }
+    }
+}
+
+/// A temporary file in the folder of `path`, so that renaming it is one step; its name starts with
+/// a dot and it has the rights that any new file would have.
+fn hidden_file_beside(path: &Path) -> std::io::Result<NamedTempFile> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    tempfile::Builder::new()
+        .prefix(&format!(".{name}."))
+        .suffix(".tmp")
+        .make_in(folder, |path| {
+            OpenOptions::new().write(true).create_new(true).open(path)
+        })
+}
+
+/// A number as a 32-bit value and the remainder that this leaves.
+fn split(value: f64) -> (f32, f32) {
+    let high = value as f32;
+    (high, (value - f64::from(high)) as f32)
+}
+
+fn split3(values: [f64; 3]) -> ([f32; 3], [f32; 3]) {
+    let parts = values.map(split);
+    (parts.map(|part| part.0), parts.map(|part| part.1))
+}
+
+/// The weight with the flag in its sign; what is no number becomes 0, which is flagged.
+fn signed_weight(weight: f32, flag: bool) -> f32 {
+    match (weight.is_finite(), flag) {
+        (false, _) => 0.0,
+        (true, true) => -weight.abs(),
+        (true, false) => weight,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_parts_hold_a_day_to_the_microsecond() {
+        for value in [0.123_456_789_012_345, 1e-7, 3.999_999_9] {
+            let (high, low) = split(value);
+            assert!((f64::from(high) + f64::from(low) - value).abs() <= value * 2e-15);
+        }
+    }
+
+    #[test]
+    fn flags_are_signs() {
+        assert_eq!(signed_weight(2.0, false), 2.0);
+        assert_eq!(signed_weight(2.0, true), -2.0);
+        assert_eq!(signed_weight(f32::NAN, false), 0.0);
+    }
+}
