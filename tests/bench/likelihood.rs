@@ -81,7 +81,7 @@ fn kernel_ns(isa: Isa, profile: Profile, block: &VisBlock, sources: &[Source]) -
         .collect();
     let mut out = vec![Xy::default(); terms.len()];
     let seconds = best_s(REPEATS, || {
-        accumulate(isa, black_box(block), &terms, &mut out)
+        accumulate(isa, black_box(block), &terms, &mut out);
     });
     black_box(out);
     1e9 * seconds / (block.len() * sources.len()) as f64

@@ -1,6 +1,6 @@
 //! A piece of a block that stays in the first-level cache while every source passes over it.
 
-use super::numbers::{PHASE_MAGIC, TURNS_MAX, angle_turns};
+use super::numbers::{PHASE_MAGIC, TURNS_MAX, polar};
 use super::term::SourceTerm;
 use crate::likelihood::VisBlock;
 
@@ -53,9 +53,10 @@ impl Pack {
         self.v.copy_from_slice(&block.v[range.clone()]);
         self.w.copy_from_slice(&block.w[range.clone()]);
         self.weight.copy_from_slice(&block.weight[range.clone()]);
-        let re = &block.weighted_re[range.clone()];
-        let im = &block.weighted_im[range];
-        self.finish(re, im);
+        let (mut re, mut im) = ([0.0; LANES], [0.0; LANES]);
+        re.copy_from_slice(&block.weighted_re[range.clone()]);
+        im.copy_from_slice(&block.weighted_im[range]);
+        self.finish(&re, &im);
     }
 
     /// Sets the last samples of a block, fewer than sixteen, and pads with empty ones.
@@ -75,11 +76,13 @@ impl Pack {
 
     /// Works out what follows from u, v and the weighted datum.
     #[inline(always)]
-    fn finish(&mut self, re: &[f32], im: &[f32]) {
+    fn finish(&mut self, re: &[f32; LANES], im: &[f32; LANES]) {
         for i in 0..LANES {
-            let (x, y) = (re[i] as f64, im[i] as f64);
-            self.amplitude[i] = (x * x + y * y).sqrt() as f32;
-            self.start[i] = PHASE_MAGIC - angle_turns(x, y);
+            let (modulus, turns) = polar(re[i], im[i]);
+            self.amplitude[i] = modulus;
+            self.start[i] = PHASE_MAGIC - turns;
+        }
+        for i in 0..LANES {
             self.u_single[i] = self.u[i] as f32;
             self.v_single[i] = self.v[i] as f32;
             self.v_squared[i] = (self.v[i] * self.v[i]) as f32;
