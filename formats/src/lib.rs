@@ -21,6 +21,7 @@ pub mod tables;
 mod observation;
 mod open;
 mod reader;
+mod stokes;
 mod uvfits;
 
 pub use chunk::VisChunk;
@@ -30,4 +31,5 @@ pub use observation::{
 };
 pub use open::open;
 pub use reader::{VisReader, VisWriter};
+pub use stokes::{NoStokesI, StokesI, StokesSample};
 pub use uvfits::{UvfitsReader, UvfitsWriter};

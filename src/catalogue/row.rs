@@ -184,7 +184,7 @@ pub struct RunEntry {
 
 impl RunEntry {
     /// An entry.
-    pub fn new(key: &str, value: &(impl ToString + ?Sized), comment: &str) -> Self {
+    pub fn new(key: &str, value: impl std::fmt::Display, comment: &str) -> Self {
         Self {
             key: key.to_owned(),
             value: value.to_string(),

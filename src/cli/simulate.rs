@@ -6,7 +6,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use vis2cat_formats::tables::refuse_existing;
-use vis2cat_formats::{Corr, UvfitsWriter};
+use vis2cat_formats::{Corr, UvfitsWriter, VisWriter};
 
 use super::{CommonArgs, progress::Bar, say};
 use crate::catalogue::{CatalogueSource, read_sources, write_truth};

@@ -26,8 +26,8 @@ pub struct SamplerSettings {
 }
 
 /// Makes the samplers.
-pub type SamplerFactory =
-    dyn Fn(SamplerSettings) -> Result<Box<dyn Sampler>, SamplerError> + Sync;
+pub type SamplerFactory<'a> =
+    dyn Fn(SamplerSettings) -> Result<Box<dyn Sampler>, SamplerError> + Sync + 'a;
 
 /// A region to explore.
 #[derive(Debug, Clone)]
@@ -58,7 +58,7 @@ struct Active {
 pub(super) fn explore(
     dataset: &mut Dataset,
     prior: &SourcePrior,
-    factory: &SamplerFactory,
+    factory: &SamplerFactory<'_>,
     targets: Vec<Target>,
     observer: &mut dyn Observer,
     done: &mut dyn FnMut(Explored),

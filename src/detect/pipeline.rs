@@ -21,7 +21,7 @@ pub struct Settings<'a> {
     /// What makes a mode a source.
     pub cuts: Cuts,
     /// Makes the samplers.
-    pub factory: &'a SamplerFactory,
+    pub factory: &'a SamplerFactory<'a>,
     /// Live points of a tile.
     pub n_live: usize,
     /// Live points about a single source.

@@ -17,7 +17,7 @@ const MOST_ROUNDS: usize = 4;
 pub(super) struct Refinement<'a> {
     pub(super) field: &'a Region,
     pub(super) prior: &'a SourcePrior,
-    pub(super) factory: &'a SamplerFactory,
+    pub(super) factory: &'a SamplerFactory<'a>,
     pub(super) n_live: usize,
     pub(super) seed: u64,
 }

@@ -3,13 +3,13 @@
 use vis2cat_formats::WriteError;
 
 use crate::catalogue::{
-    self, CatalogueHeader, CataloguePaths, Estimate, Flags, ModeRow, PosteriorRow, PriorRange,
+    self, CatalogueHeader, CataloguePaths, Estimate, Flags, ModeRow, ModeStatus, PosteriorRow, PriorRange,
     RunEntry, SourceRow, WeightedSample,
 };
 use crate::config::Config;
 use crate::coords::{IcrsCentre, RaDec};
 use crate::dataset::Dataset;
-use crate::detect::{Detected, Detection, Mode, Settings};
+use crate::detect::{Detected, Detection, Mode, Settings, Status};
 use crate::simulate::format_utc;
 use crate::units::{ARCSEC, MICROJY};
 
@@ -161,11 +161,21 @@ fn modes(sources: &[SourceRow], detection: &Detection, frame: IcrsCentre) -> Vec
             log_z: Estimate { mean: mode.log_z, err: mode.log_z_err },
             n_samples: mode.n_sample as i64,
             n_eff: mode.n_eff,
-            status: mode.status,
+            status: catalogue_status(mode.status),
             source_id: sources.iter().find(|s| s.mode_id == mode_id).map(|s| s.source_id),
         }
     };
     detection.modes.iter().enumerate().map(row).collect()
+}
+
+fn catalogue_status(status: Status) -> ModeStatus {
+    match status {
+        Status::Kept => ModeStatus::Kept,
+        Status::F1Duplicate => ModeStatus::F1Duplicate,
+        Status::BelowCut => ModeStatus::BelowCut,
+        Status::ExplainedByBrighter => ModeStatus::ExplainedByBrighter,
+        Status::WorseThanNoSource => ModeStatus::NotConverged,
+    }
 }
 
 fn header(config: &Config, dataset: &Dataset, frame: IcrsCentre) -> CatalogueHeader {
