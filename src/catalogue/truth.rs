@@ -113,7 +113,11 @@ impl Columns {
             let Some((given, mut values)) = get(name)? else {
                 return match default {
                     Some(value) => Ok(vec![value; rows]),
-                    None => Err(malformed(path, format!("column {name}"), "there is none")),
+                    None => Err(malformed(
+                        path,
+                        format!("column {name}"),
+                        "there is none; RA, DEC and Total_flux are needed",
+                    )),
                 };
             };
             let factor = unit.factor(given.as_deref());
@@ -230,6 +234,14 @@ mod tests {
         assert!(s.position.ra_rad == 1.0 && (s.flux_jy - 3e-3).abs() < 1e-17);
         assert!((s.scale_rad / ARCSEC - 3.6).abs() < 1e-9);
         assert!(s.e.e2 == -0.2 && s.snr == 9.0);
+    }
+
+    #[test]
+    fn both_characters_for_micro_are_understood() {
+        for micro in ['u', '\u{b5}', '\u{3bc}'] {
+            let sources = read(&format!("RA,DEC,Total_flux[{micro}Jy]\n1,2,3\n")).unwrap();
+            assert!((sources[0].flux_jy - 3e-6).abs() < 1e-20);
+        }
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! The catalogue as others see it: bytes, tools, refusals.
 
+use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
 use vis2cat::catalogue::{
     CatalogueHeader, CataloguePaths, CatalogueSource, Estimate, Flags, ModeRow, ModeStatus,
@@ -84,13 +86,18 @@ struct Found {
 
 /// Two sources, the second a point with much that is not defined, and a dropped mode.
 fn found() -> Found {
+    found_with(200)
+}
+
+/// As [`found`], the first source with `n` samples.
+fn found_with(n: usize) -> Found {
     let mut found = Found {
         sources: Vec::new(),
         modes: Vec::new(),
         posterior: Vec::new(),
     };
     let sets = [
-        (samples(-2e-3, 50e-6, 200), Profile::Exponential),
+        (samples(-2e-3, 50e-6, n), Profile::Exponential),
         (samples(1e-3, 20e-6, 1), Profile::Point),
     ];
     for (id, (set, profile)) in (1_i64..).zip(sets) {
@@ -314,6 +321,46 @@ fn neither_file_is_written_where_one_is_there_already() {
     write_all(&out, true, &found()).unwrap();
     assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 2);
     assert_eq!(read_table(&paths.posterior, None).unwrap().rows(), 201);
+}
+
+/// Set for a copy of this test program that is to be killed: where it writes.
+const KILL_DIR: &str = "VIS2CAT_TEST_KILL_DIR";
+
+#[test]
+fn a_killed_run_leaves_whole_files_or_none() {
+    if let Some(dir) = std::env::var_os(KILL_DIR) {
+        let found = found_with(100_000);
+        println!("ready");
+        write_all(&Path::new(&dir).join("out.fits"), false, &found).unwrap();
+        return;
+    }
+    let mut cut_short = 0;
+    for delay_ms in [0, 5, 10, 20, 30, 40, 60, 80, 120, 1000] {
+        let dir = tempfile::tempdir().unwrap();
+        let me = std::env::current_exe().unwrap();
+        let mut child = Command::new(me)
+            .args([
+                "--exact",
+                "--nocapture",
+                "catalogue::a_killed_run_leaves_whole_files_or_none",
+            ])
+            .env(KILL_DIR, dir.path())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut out = BufReader::new(child.stdout.take().unwrap()).lines();
+        let ready = out.find(|line| line.as_ref().unwrap().ends_with("ready"));
+        ready.unwrap().unwrap();
+        std::thread::sleep(Duration::from_millis(delay_ms));
+        child.kill().unwrap(); // SIGKILL
+        child.wait().unwrap();
+        let paths = CataloguePaths::new(&dir.path().join("out.fits"));
+        cut_short += usize::from(!paths.catalogue.exists());
+        for (path, rows) in [(paths.catalogue, 2), (paths.posterior, 100_001)] {
+            assert!(!path.exists() || read_table(&path, None).unwrap().rows() == rows);
+        }
+    }
+    assert!(cut_short > 0, "no kill came early enough to test anything");
 }
 
 #[test]

@@ -10,7 +10,7 @@ use crate::WriteError;
 /// A file written and synced to disk under a temporary name beside its target.
 ///
 /// [`commit`](Self::commit) renames it; dropping it removes it. Whatever kills the process before
-/// the rename, nothing stands under the final name. Two files that belong together are both prepared
+/// the rename, nothing stands under the final name; what is left then is a hidden `.NAME.*.part`. Two files that belong together are both prepared
 /// before either is committed.
 #[derive(Debug)]
 pub struct PendingFile {
