@@ -7,7 +7,8 @@
 
 The first form runs the ignored test `write_uvw_for_pyuvdata`, which writes our (u, v, w) of every dish of some
 arrays; a UVData object with the same antennas, times and phase centre is made, phased, and compared over
-all pairs of dishes. The second form reads each file, keeps its (u, v, w), has pyuvdata work them out anew from the
+all pairs of dishes. The second form reads each file (the ignored test `write_uvfits_for_pyuvdata` leaves some
+in target/tmp), keeps its (u, v, w), has pyuvdata work them out anew from the
 antenna table, and compares. pyuvdata holds ant2 - ant1 and a UVFITS file ant1 - ant2; it changes the sign as it
 reads. Fails above 1 mm.
 

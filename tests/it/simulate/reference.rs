@@ -3,6 +3,8 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use vis2cat_formats::UvfitsWriter;
+
 use super::*;
 
 /// The (u, v, w) [m] of each dish, relative to the array's centre, at `mjd`.
@@ -136,4 +138,68 @@ fn write_uvw_for_pyuvdata() {
             }
         }
     }
+}
+
+/// Writes files that `scripts/check_simulate_uvw.py FILE ...` compares.
+#[test]
+#[ignore = "writes the input of scripts/check_simulate_uvw.py"]
+fn write_uvfits_for_pyuvdata() {
+    for (name, dec_deg) in [("ska1-mid", -30.0), ("vla-a", 40.0), ("meerkat", -30.0)] {
+        let config = SimulateConfig {
+            array: Array::find(name).unwrap(),
+            centre: RaDec {
+                ra_rad: 53.1 * DEG,
+                dec_rad: dec_deg * DEG,
+            },
+            duration_s: 8.0 * 3600.0,
+            interval_s: 1800.0,
+            ..super::config()
+        };
+        let simulation = Simulation::new(&config).unwrap();
+        let path =
+            PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("simulate_{name}.uvfits"));
+        let mut writer =
+            Box::new(UvfitsWriter::create(&path, simulation.observation(), true).unwrap());
+        simulation
+            .run(&[source()], writer.as_mut(), &mut |_, _| {})
+            .unwrap();
+        writer.finish().unwrap();
+    }
+}
+
+#[test]
+fn a_uvfits_file_gives_back_what_was_simulated() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("simulated.uvfits");
+    let config = SimulateConfig {
+        duration_s: 300.0,
+        n_chan: 3,
+        ..super::config()
+    };
+    let simulation = Simulation::new(&config).unwrap();
+    let mut writer =
+        Box::new(UvfitsWriter::create(&path, simulation.observation(), false).unwrap());
+    simulation
+        .run(&[source()], writer.as_mut(), &mut |_, _| {})
+        .unwrap();
+    writer.finish().unwrap();
+    let (kept, _) = run(&config, &[source()]);
+
+    let mut reader = vis2cat_formats::open(&path).unwrap();
+    assert_eq!(reader.observation().n_row, simulation.observation().n_row);
+    let mut chunk = VisChunk::new(15);
+    for expected in &kept.chunks {
+        assert_eq!(reader.read_chunk(&mut chunk).unwrap(), 15);
+        assert_eq!(chunk.vis_jy_rfp, expected.vis_jy_rfp);
+        assert_eq!(chunk.weight_rfp, expected.weight_rfp);
+        assert_eq!(chunk.ant1_r, expected.ant1_r);
+        assert_eq!(chunk.ant2_r, expected.ant2_r);
+        for (found, expected) in chunk.uvw_m_r.iter().zip(&expected.uvw_m_r) {
+            assert!((0..3).all(|k| (found[k] - expected[k]).abs() < 1e-6));
+        }
+        for (found, expected) in chunk.time_mjd_r.iter().zip(&expected.time_mjd_r) {
+            assert!((found - expected).abs() * 86400.0 < 1e-5);
+        }
+    }
+    assert_eq!(reader.read_chunk(&mut chunk).unwrap(), 0);
 }
