@@ -29,7 +29,7 @@ def observe(numbers, n_time, n_spw, n_chan, pols, n_source, seed):
     """A UVData of random numbers with honest coordinates."""
     rng = np.random.default_rng(seed)
     n = len(numbers)
-    site = EarthLocation.from_geodetic(21.44 , -30.71, 1050.0)
+    site = EarthLocation.from_geodetic(21.44, -30.71, 1050.0)
     telescope = Telescope.new(
         name="TEST", instrument="TEST", location=site, x_orientation="east",
         antenna_names=[f"M{i:03d}" for i in numbers], antenna_numbers=numbers,
@@ -47,8 +47,7 @@ def observe(numbers, n_time, n_spw, n_chan, pols, n_source, seed):
         times=Time(mjd, format="mjd").jd, antpairs=pairs, do_blt_outer=True, integration_time=8.0,
         channel_width=2.5e5, phase_center_catalog=catalog,
         phase_center_id_array=np.repeat(np.arange(n_time) % n_source, len(pairs)),
-        flex_spw_id_array=np.repeat(np.arange(1, n_spw + 1), n_chan) if n_spw > 1 else None,
-        spw_array=np.arange(1, n_spw + 1) if n_spw > 1 else None,
+        flex_spw_id_array=np.repeat(np.arange(1, n_spw + 1), n_chan),
         empty=True, vis_units="Jy", time_axis_faster_than_bls=False,
     )
     assert uv.Nblts == n_blt

@@ -20,6 +20,7 @@ mod fits;
 mod observation;
 mod open;
 mod reader;
+mod stokes;
 mod uvfits;
 
 pub use chunk::VisChunk;
@@ -29,4 +30,5 @@ pub use observation::{
 };
 pub use open::open;
 pub use reader::{VisReader, VisWriter};
+pub use stokes::{NoStokesI, StokesIRule, stokes_i};
 pub use uvfits::{UvfitsReader, UvfitsWriter};
