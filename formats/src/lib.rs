@@ -31,5 +31,5 @@ pub use observation::{
 };
 pub use open::open;
 pub use reader::{VisReader, VisWriter};
-pub use stokes::{NoStokesI, StokesI, StokesSample};
+pub use stokes::{NoStokesI, StokesIRule, stokes_i};
 pub use uvfits::{UvfitsReader, UvfitsWriter};

@@ -1,7 +1,7 @@
 //! Rows of a file to blocks of Stokes I samples.
 
 use num_complex::Complex;
-use vis2cat_formats::{Observation, StokesI, VisChunk, VisReader};
+use vis2cat_formats::{Observation, StokesIRule, VisChunk, VisReader};
 
 use super::{BLOCK_LEN, DatasetError};
 use crate::likelihood::VisBlock;
@@ -22,6 +22,22 @@ pub(super) enum WeightRule {
     Scaled(f64),
     /// From the system equivalent flux density [Jy], channel width and integration time.
     Sefd(f64),
+}
+
+impl WeightRule {
+    /// Adds a sample with its final weight.
+    fn push(self, block: &mut VisBlock, uvw: [f64; 3], vis_jy: Complex<f32>, weight: f32) {
+        let weight = match self {
+            Self::Scaled(scale) => (f64::from(weight) * scale) as f32,
+            Self::Sefd(_) => weight,
+        };
+        block.u.push(uvw[0]);
+        block.v.push(uvw[1]);
+        block.w.push(uvw[2]);
+        block.weighted_re.push(weight * vis_jy.re);
+        block.weighted_im.push(weight * vis_jy.im);
+        block.weight.push(weight);
+    }
 }
 
 /// Which rows are taken.
@@ -72,10 +88,12 @@ impl Tally for NoTally {}
 /// Reads samples, block after block.
 pub(super) struct Ingest {
     reader: Box<dyn VisReader>,
-    rule: StokesI,
+    rule: StokesIRule,
     field: FieldChoice,
     weights: WeightRule,
     chunk: VisChunk,
+    /// Weight of each correlation, where the file's is not to be used.
+    sefd_weight_p: Vec<f32>,
     /// Next row of the chunk.
     row: usize,
     at_end: bool,
@@ -86,7 +104,7 @@ pub(super) struct Ingest {
 impl Ingest {
     pub(super) fn new(
         reader: Box<dyn VisReader>,
-        rule: StokesI,
+        rule: StokesIRule,
         field: FieldChoice,
         weights: WeightRule,
     ) -> Self {
@@ -95,7 +113,8 @@ impl Ingest {
         let values = (n_chan * observation.corrs.len()).max(1);
         let max_row = (CHUNK_VALUES / values).clamp(1, CHUNK_ROWS);
         let chunk = VisChunk::new(max_row);
-        Self { reader, rule, field, weights, chunk, row: 0, at_end: false, n_row: 0 }
+        let sefd_weight_p = vec![0.0; observation.corrs.len()];
+        Self { sefd_weight_p, reader, rule, field, weights, chunk, row: 0, at_end: false, n_row: 0 }
     }
 
     pub(super) fn observation(&self) -> &Observation {
@@ -128,15 +147,15 @@ impl Ingest {
                 self.at_end = n == 0;
                 tally.chunk(&self.chunk);
             } else {
-                self.take_row(self.row, &mut block, tally);
+                self.take_row(&mut block, tally);
                 self.row += 1;
             }
         }
         Ok(if block.is_empty() { None } else { Some(block) })
     }
 
-    fn take_row(&self, r: usize, block: &mut VisBlock, tally: &mut impl Tally) {
-        let chunk = &self.chunk;
+    fn take_row(&mut self, block: &mut VisBlock, tally: &mut impl Tally) {
+        let (chunk, r) = (&self.chunk, self.row);
         let baseline = (chunk.ant1_r[r], chunk.ant2_r[r]);
         let is_other = matches!(self.field, FieldChoice::One(field) if field != chunk.field_r[r]);
         if baseline.0 == baseline.1 || is_other {
@@ -145,21 +164,25 @@ impl Ingest {
         tally.row();
         let observation = self.reader.observation();
         let setup = &observation.freq_setups[chunk.freq_setup_r[r] as usize];
-        let uvw_m = chunk.uvw_m_r[r];
+        let (uvw_m, interval_s) = (chunk.uvw_m_r[r], chunk.interval_s_r[r]);
         for chan in 0..chunk.n_chan {
             let first = (r * chunk.n_chan + chan) * chunk.n_corr;
             let range = first..first + chunk.n_corr;
-            let hand_weight = self.hand_weight(setup.chan_width_hz_f[chan], chunk.interval_s_r[r]);
-            let stokes = self.rule.apply(
-                &chunk.vis_jy_rfp[range.clone()],
-                &chunk.weight_rfp[range.clone()],
-                &chunk.flag_rfp[range],
-                hand_weight,
-            );
-            let Some(stokes) = stokes else {
+            let weight_p = match self.weights {
+                WeightRule::Scaled(_) => &chunk.weight_rfp[range.clone()],
+                WeightRule::Sefd(sefd_jy) => {
+                    let bandwidth_hz = setup.chan_width_hz_f[chan];
+                    let weight = sefd_weight(self.rule, sefd_jy, bandwidth_hz, interval_s);
+                    self.sefd_weight_p.fill(weight);
+                    &self.sefd_weight_p
+                }
+            };
+            let (vis_jy_p, flag_p) = (&chunk.vis_jy_rfp[range.clone()], &chunk.flag_rfp[range]);
+            let Some((vis_jy, weight)) = self.rule.apply(vis_jy_p, weight_p, flag_p) else {
                 tally.flagged();
                 continue;
             };
+            let half_difference = self.rule.half_difference(vis_jy_p, weight_p, flag_p);
             let freq_hz = setup.freq_hz_f[chan];
             let uvw = uvw_m.map(|metres| metres * freq_hz / SPEED_OF_LIGHT);
             tally.sample(&Sample {
@@ -168,31 +191,19 @@ impl Ingest {
                 time_mjd: chunk.time_mjd_r[r],
                 freq_hz,
                 uvw,
-                vis_jy: stokes.vis_jy,
-                weight: stokes.weight,
-                half_difference_jy: stokes.half_difference_jy,
+                vis_jy,
+                weight,
+                half_difference_jy: half_difference.map(|(difference_jy, _)| difference_jy),
             });
-            self.push(block, uvw, stokes.vis_jy, stokes.weight);
+            self.weights.push(block, uvw, vis_jy, weight);
         }
     }
+}
 
-    /// Weight of one hand [Jy⁻²] where the file's is not to be used.
-    fn hand_weight(&self, chan_width_hz: f64, interval_s: f64) -> Option<f32> {
-        let WeightRule::Sefd(sefd_jy) = self.weights else { return None };
-        let samples = 2.0 * chan_width_hz.abs() * interval_s;
-        Some((samples * (SYSTEM_EFFICIENCY / sefd_jy).powi(2)) as f32)
-    }
-
-    fn push(&self, block: &mut VisBlock, uvw: [f64; 3], vis_jy: Complex<f32>, weight: f32) {
-        let weight = match self.weights {
-            WeightRule::Scaled(scale) => (f64::from(weight) * scale) as f32,
-            WeightRule::Sefd(_) => weight,
-        };
-        block.u.push(uvw[0]);
-        block.v.push(uvw[1]);
-        block.w.push(uvw[2]);
-        block.weighted_re.push(weight * vis_jy.re);
-        block.weighted_im.push(weight * vis_jy.im);
-        block.weight.push(weight);
-    }
+/// Weight of a correlation [Jy⁻²] by the radiometer equation (Wrobel & Walker 1999); Stokes I in
+/// the file is made of two hands.
+fn sefd_weight(rule: StokesIRule, sefd_jy: f64, bandwidth_hz: f64, interval_s: f64) -> f32 {
+    let n_hand = if matches!(rule, StokesIRule::Direct(_)) { 2.0 } else { 1.0 };
+    let n_independent = 2.0 * bandwidth_hz.abs() * interval_s;
+    (n_hand * n_independent * (SYSTEM_EFFICIENCY / sefd_jy).powi(2)) as f32
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use vis2cat_formats::{Observation, StokesI};
+use vis2cat_formats::{Observation, stokes_i};
 
 use super::ingest::{FieldChoice, Ingest, Sample, Tally, WeightRule};
 use super::noise::NoiseTally;
@@ -40,7 +40,7 @@ impl Dataset {
         let unusable = |what: String| DatasetError::Unusable { path: path.into(), what };
         let reader = vis2cat_formats::open(path)?;
         let observation = reader.observation().clone();
-        let rule = StokesI::new(&observation.corrs).map_err(|e| unusable(e.to_string()))?;
+        let rule = stokes_i(&observation.corrs).map_err(|e| unusable(e.to_string()))?;
         let field = choose_field(&observation, options.field.as_deref()).map_err(unusable)?;
         let weights = match options.noise {
             NoiseSource::Sefd(sefd) => WeightRule::Sefd(sefd.0),

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use serde::Serialize;
-use vis2cat_formats::{Observation, StokesI, VisChunk};
+use vis2cat_formats::{Observation, VisChunk, stokes_i};
 
 use super::ingest::{FieldChoice, Ingest, Sample, Tally, WeightRule};
 use super::noise::{NoiseReport, NoiseTally};
@@ -52,7 +52,7 @@ impl Overview {
         let n_row = reader.observation().n_row;
         let mut counts = Counts::default();
         let observation;
-        if let Ok(rule) = StokesI::new(&reader.observation().corrs) {
+        if let Ok(rule) = stokes_i(&reader.observation().corrs) {
             let mut ingest = Ingest::new(reader, rule, FieldChoice::All, WeightRule::Scaled(1.0));
             while ingest.next_block(&mut counts)?.is_some() {
                 progress(ingest.n_row, n_row);

@@ -205,6 +205,8 @@ impl Plan {
             Frame::Fk4(equinox) => ("FK4", equinox),
         };
         cards.text("RADESYS", name, "");
+        // pyuvdata knows frames in lower case only, and looks here first.
+        cards.text("PHSFRAME", &name.to_lowercase(), "as RADESYS, for pyuvdata");
         cards.real("EPOCH", equinox, "");
         if let [field] = observation.fields.as_slice() {
             cards.real("OBSRA", field.ra_rad.to_degrees(), "deg");
