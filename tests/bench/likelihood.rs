@@ -8,14 +8,14 @@ use std::hint::black_box;
 use std::time::Instant;
 use vis2cat::coords::Lm;
 use vis2cat::likelihood::kernel::accumulate;
-use vis2cat::likelihood::{Isa, SourceTerm, VisBlock, Xy, plain_xy, xy_batch};
+use vis2cat::likelihood::{Isa, SourceTerm, VisBlock, Xy, plain_xy, subtract, xy_batch};
 use vis2cat::rime::Source;
 use vis2cat::rime::shape::{Ellipticity, Profile};
 use vis2cat::units::ARCSEC;
 
-const SAMPLES: usize = 32_768;
+const SAMPLES: usize = 16_384;
 const SOURCES: usize = 256;
-const REPEATS: usize = 40;
+const REPEATS: usize = 60;
 
 /// A number in [0, 1) that looks random: the fractional part of i times an irrational.
 fn spread(i: usize, irrational: f64) -> f64 {
@@ -62,39 +62,110 @@ fn sources(count: usize) -> Vec<Source> {
         .collect()
 }
 
-/// Shortest of `repeats` runs [s].
-fn best_s(repeats: usize, mut run: impl FnMut()) -> f64 {
-    (0..repeats)
-        .map(|_| {
-            let start = Instant::now();
-            run();
-            start.elapsed().as_secs_f64()
-        })
+/// Time `run` takes [s].
+fn time_s(run: impl FnOnce()) -> f64 {
+    let start = Instant::now();
+    run();
+    start.elapsed().as_secs_f64()
+}
+
+/// Shortest of `REPEATS` runs [s].
+fn best_s(mut run: impl FnMut()) -> f64 {
+    (0..REPEATS)
+        .map(|_| time_s(&mut run))
         .fold(f64::INFINITY, f64::min)
 }
 
-/// ns per visibility and point of a kernel.
-fn kernel_ns(isa: Isa, profile: Profile, block: &VisBlock, sources: &[Source]) -> f64 {
-    let terms: Vec<_> = sources
-        .iter()
-        .map(|s| SourceTerm::new(s, profile))
-        .collect();
-    let mut out = vec![Xy::default(); terms.len()];
-    let seconds = best_s(REPEATS, || {
-        accumulate(isa, black_box(block), &terms, &mut out);
-    });
-    black_box(out);
-    1e9 * seconds / (block.len() * sources.len()) as f64
+fn terms(sources: &[Source], profile: Profile) -> Vec<SourceTerm> {
+    let term = |source| SourceTerm::new(source, profile);
+    sources.iter().map(term).collect()
 }
 
-/// ns per visibility and point of the plain loop.
-fn plain_ns(profile: Profile, block: &VisBlock, sources: &[Source]) -> f64 {
-    let seconds = best_s(REPEATS / 4, || {
-        for source in sources {
-            black_box(plain_xy(black_box(block), source, profile));
+/// Time of one pass of a kernel [s].
+fn kernel_s(isa: Isa, block: &VisBlock, terms: &[SourceTerm]) -> f64 {
+    let mut out = vec![Xy::default(); terms.len()];
+    let seconds = time_s(|| accumulate(isa, black_box(block), terms, &mut out));
+    black_box(out);
+    seconds
+}
+
+/// Prints the cost of the plain loop and of every kernel, measured in turns so that a busy
+/// machine slows all of them alike.
+fn kernels(profile: Profile, block: &VisBlock, sources: &[Source]) {
+    let isas: Vec<Isa> = Isa::ALL
+        .into_iter()
+        .filter(|isa| isa.is_available())
+        .collect();
+    let terms = terms(sources, profile);
+    let few = &sources[..8];
+    let (mut plain, mut best) = (f64::INFINITY, vec![f64::INFINITY; isas.len()]);
+    for _ in 0..REPEATS {
+        plain = plain.min(time_s(|| {
+            for source in few {
+                black_box(plain_xy(black_box(block), source, profile));
+            }
+        }));
+        for (best, &isa) in best.iter_mut().zip(&isas) {
+            *best = best.min(kernel_s(isa, block, &terms));
         }
+    }
+    let plain = 1e9 * plain / (block.len() * few.len()) as f64;
+    println!(
+        "{:<12} plain f64  {plain:>10.3}        1.0",
+        format!("{profile:?}")
+    );
+    for (isa, best) in isas.iter().zip(best) {
+        let ns = 1e9 * best / (block.len() * sources.len()) as f64;
+        println!(
+            "{:<12} {:<10} {ns:>10.3}  {:>9.1}",
+            "",
+            format!("{isa:?}"),
+            plain / ns
+        );
+    }
+}
+
+/// Prints how the cost of a point falls with the size of the batch.
+fn batches(block: &VisBlock, sources: &[Source]) {
+    println!("batch, exponential, detected kernel: ns/(vis point)");
+    for batch in [1, 4, 16, 64, SOURCES] {
+        let terms = terms(&sources[..batch], Profile::Exponential);
+        let seconds = (0..REPEATS).map(|_| kernel_s(Isa::detect(), block, &terms));
+        let seconds = seconds.fold(f64::INFINITY, f64::min);
+        println!(
+            "{batch:>6} {:>8.3}",
+            1e9 * seconds / (block.len() * batch) as f64
+        );
+    }
+}
+
+/// Prints the cost on all threads of the pool together.
+fn all_cores(block: &VisBlock, sources: &[Source]) {
+    let blocks = vec![block.clone(); 4];
+    let seconds = best_s(|| {
+        black_box(xy_batch(black_box(&blocks), sources, Profile::Exponential));
     });
-    1e9 * seconds / (block.len() * sources.len()) as f64
+    let points = (blocks.len() * block.len() * sources.len()) as f64;
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    println!(
+        "{threads} threads together: {:.3} ns/(vis point)",
+        1e9 * seconds / points
+    );
+}
+
+/// Prints the cost of taking 50 sources out of a block.
+fn subtraction(block: &VisBlock, sources: &[Source]) {
+    let models: Vec<_> = sources[..50]
+        .iter()
+        .map(|&s| (s, Profile::Exponential))
+        .collect();
+    let mut block = block.clone();
+    let seconds = best_s(|| subtract(black_box(&mut block), &models));
+    let points = (block.len() * models.len()) as f64;
+    println!(
+        "subtraction of 50 sources: {:.3} ns/(vis source)",
+        1e9 * seconds / points
+    );
 }
 
 /// The processor's name, where the system tells.
@@ -115,45 +186,9 @@ fn main() {
     println!("{SAMPLES} visibilities x {SOURCES} points, one core, best of {REPEATS}");
     println!("profile      kernel      ns/(vis point)   ratio to plain");
     for profile in [Profile::Exponential, Profile::Gaussian, Profile::Point] {
-        let plain = plain_ns(profile, &block, &sources[..8]);
-        println!(
-            "{:<12} {:<10} {plain:>10.3}        1.0",
-            format!("{profile:?}"),
-            "plain f64"
-        );
-        for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
-            let ns = kernel_ns(isa, profile, &block, &sources);
-            println!(
-                "{:<12} {:<10} {ns:>10.3}  {:>9.1}",
-                "",
-                format!("{isa:?}"),
-                plain / ns
-            );
-        }
+        kernels(profile, &block, &sources);
     }
-    println!("batch size, exponential, detected kernel: ns/(vis point)");
-    for batch in [1, 4, 16, 64, 256] {
-        let ns = kernel_ns(
-            Isa::detect(),
-            Profile::Exponential,
-            &block,
-            &sources[..batch],
-        );
-        println!("{batch:>6} {ns:>8.3}");
-    }
+    batches(&block, &sources);
     all_cores(&block, &sources);
-}
-
-/// Prints the cost on all threads of the pool together.
-fn all_cores(block: &VisBlock, sources: &[Source]) {
-    let blocks = vec![block.clone(); 8];
-    let seconds = best_s(5, || {
-        black_box(xy_batch(black_box(&blocks), sources, Profile::Exponential));
-    });
-    let points = (8 * block.len() * sources.len()) as f64;
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    println!(
-        "{threads} threads together: {:.3} ns/(vis point)",
-        1e9 * seconds / points
-    );
+    subtraction(&block, &sources);
 }

@@ -239,3 +239,27 @@ fn sums_are_added_to_what_is_there() {
         }]
     );
 }
+
+/// A bias of the cosine would add up over samples, N times, where noise adds up sqrt(N) times.
+#[test]
+fn the_cosine_has_no_mean() {
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let count = 1 << 22;
+    let block = VisBlock {
+        u: (0..count).map(|k| (k as f64 * golden).fract()).collect(),
+        v: vec![0.0; count],
+        w: vec![0.0; count],
+        weighted_re: vec![1.0; count],
+        weighted_im: vec![0.0; count],
+        weight: vec![1.0; count],
+    };
+    let source = Source {
+        lm: Lm { l: 1.0, m: 0.0 },
+        ..Source::default()
+    };
+    let plain = plain_xy(&block, &source, Profile::Point);
+    for isa in available() {
+        let mean = (xy(isa, &block, &[source], Profile::Point)[0].x - plain.x) / count as f64;
+        assert!(mean.abs() < 1e-9, "{isa:?}: {mean:e}");
+    }
+}
