@@ -46,7 +46,7 @@ def arguments():
 
 def antennas(args):
     with open(args.array, newline="") as file:
-        rows = list(csv.DictReader(file))
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
     xyz = np.array([[float(r[k]) for k in ("x_m", "y_m", "z_m")] for r in rows])
     radius = np.linalg.norm(xyz - np.median(xyz, axis=0), axis=1)
     order = np.argsort(radius, kind="stable")

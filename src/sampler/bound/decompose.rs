@@ -10,6 +10,7 @@ use super::cloud::{Cloud, Moments};
 use super::ellipsoid::Ellipsoid;
 use super::fit::{Cluster, fit, pooled};
 use super::friends::friends_of_friends;
+use crate::sampler::log_add;
 use nalgebra::DMatrix;
 
 /// What the recursion needs to know at each level.
@@ -113,21 +114,40 @@ impl Decomposition<'_> {
 /// ln of the summed volume.
 fn log_volume(clusters: &[Cluster]) -> f64 {
     clusters.iter().fold(f64::NEG_INFINITY, |sum, c| {
-        crate::sampler::log_add(sum, c.ellipsoid.log_volume())
+        log_add(sum, c.ellipsoid.log_volume())
     })
 }
 
-/// 2-means in the whitened space of the set, then points move to the ellipsoid with the lower
-/// h = V(E) / n x Mahalanobis distance (FHB09 eq. 22), until none moves; none if a part gets smaller
-/// than d + 2 points.
+/// The better of two ways to part a set in two: 2-means in its whitened space, which sees narrow
+/// dimensions, and in the cube's own, which sees two sets beside each other in a narrow band.
 fn two_parts(cloud: Cloud, whole: &Cluster) -> Option<[Vec<usize>; 2]> {
-    let mut side = two_means(cloud, whole);
+    let plain = whole.index.iter().flat_map(|&i| cloud.row(i)).copied();
+    let white = whole
+        .index
+        .iter()
+        .flat_map(|&i| whole.ellipsoid.whiten(cloud.row(i)));
+    let ways = [
+        two_means(&plain.collect::<Vec<_>>(), cloud.n_dim),
+        two_means(&white.collect::<Vec<_>>(), cloud.n_dim),
+    ];
+    let parted = ways
+        .into_iter()
+        .filter_map(|side| settle(cloud, whole, side));
+    let best = parted.min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, halves)| halves)
+}
+
+/// Moves points to the ellipsoid with the lower h = V(E)/n x Mahalanobis distance (FHB09 eq. 22),
+/// until none moves: ln of the volume, and the parts; none if one gets smaller than d + 2 points.
+fn settle(cloud: Cloud, whole: &Cluster, mut side: Vec<bool>) -> Option<(f64, [Vec<usize>; 2])> {
+    let smallest = cloud.n_dim + 2;
+    let mut log_volume = f64::INFINITY;
     for _ in 0..5 {
-        let halves = sides(whole, &side, cloud.n_dim + 2)?;
-        let fits = halves.map(|half| tight(cloud, &half));
-        let [Some(a), Some(b)] = fits else {
+        let halves = sides(whole, &side, smallest)?;
+        let [Some(a), Some(b)] = halves.each_ref().map(|half| tight(cloud, half)) else {
             break;
         };
+        log_volume = log_add(a.0.log_volume(), b.0.log_volume());
         let mut moved = false;
         for (&i, side) in whole.index.iter().zip(&mut side) {
             let u = cloud.row(i);
@@ -139,7 +159,7 @@ fn two_parts(cloud: Cloud, whole: &Cluster) -> Option<[Vec<usize>; 2]> {
             break;
         }
     }
-    sides(whole, &side, cloud.n_dim + 2)
+    Some((log_volume, sides(whole, &side, smallest)?))
 }
 
 /// The two parts, each of at least `smallest` points.
@@ -167,22 +187,16 @@ fn tight(cloud: Cloud, index: &[usize]) -> Option<(Ellipsoid, f64)> {
 
 /// Lloyd's 2-means from two far points: the one farthest from the centre, and the one farthest
 /// from that.
-fn two_means(cloud: Cloud, whole: &Cluster) -> Vec<bool> {
-    let n_dim = cloud.n_dim;
-    let z: Vec<f64> = whole
-        .index
-        .iter()
-        .flat_map(|&i| whole.ellipsoid.whiten(cloud.row(i)))
-        .collect();
+fn two_means(z: &[f64], n_dim: usize) -> Vec<bool> {
     let farthest = |from: &[f64]| {
         let far = z
             .chunks_exact(n_dim)
             .max_by(|a, b| gap2(a, from).total_cmp(&gap2(b, from)));
         far.map_or_else(|| from.to_vec(), <[f64]>::to_vec)
     };
-    let first = farthest(&vec![0.0; n_dim]);
+    let first = farthest(&centre(z, n_dim));
     let mut centres = [farthest(&first), first];
-    let mut side = vec![false; whole.index.len()];
+    let mut side = vec![false; z.len() / n_dim];
     for _ in 0..10 {
         let mut sums = [vec![0.0; n_dim], vec![0.0; n_dim]];
         let mut counts = [0.0; 2];
@@ -205,6 +219,16 @@ fn two_means(cloud: Cloud, whole: &Cluster) -> Vec<bool> {
         }
     }
     side
+}
+
+/// Mean of rows of coordinates.
+fn centre(z: &[f64], n_dim: usize) -> Vec<f64> {
+    let mut sum = vec![0.0; n_dim];
+    for z in z.chunks_exact(n_dim) {
+        sum.iter_mut().zip(z).for_each(|(s, z)| *s += z);
+    }
+    let n = (z.len() / n_dim) as f64;
+    sum.into_iter().map(|s| s / n).collect()
 }
 
 fn gap2(a: &[f64], b: &[f64]) -> f64 {
