@@ -95,7 +95,7 @@ def main():
         "pyuvdata_small": observe([1, 2, 3, 4], 3, 1, 2, [-5, -6], 1, 1),
         "pyuvdata_ifs_sources": observe([2, 5, 9], 4, 3, 2, [-1, -2, -3, -4], 2, 2),
         "pyuvdata_large_numbers": observe([1, 255, 256, 600, 2049], 2, 1, 1, [-5, -6, -7, -8], 1, 3),
-        "pyuvdata_stokes_i": observe([1, 2, 3], 2, 1, 3, [1], 1, 4),
+        "pyuvdata_stokes_i": observe([1, 2, 3], 4, 1, 3, [1], 1, 4),
     }
     for name, uv in made.items():
         path = folder / f"{name}.uvfits"

@@ -1,7 +1,7 @@
 //! The cards of one header, looked up by keyword.
 
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::card::Value;
 use crate::ReadError;
@@ -16,6 +16,14 @@ pub(crate) struct Place {
 }
 
 impl Place {
+    /// The file as a whole.
+    pub(crate) fn file(path: &Path) -> Self {
+        Self {
+            path: path.to_owned(),
+            hdu: "file".into(),
+        }
+    }
+
     /// The file is at fault at `at` (keyword, column or group).
     pub(crate) fn malformed(&self, at: &str, what: impl Into<String>) -> ReadError {
         ReadError::Malformed {
@@ -151,9 +159,9 @@ impl Header {
             Value::Integer(i) => i.to_string(),
             Value::Real(r) => r.to_string(),
             Value::Logical(l) => if *l { "T" } else { "F" }.to_owned(),
-            Value::Unreadable(text) => text.clone(),
+            Value::Unreadable(text) => format!("'{text}'"),
         };
         self.place
-            .malformed(key, format!("must be a {kind}, found \"{found}\""))
+            .malformed(key, format!("must be a {kind}, found {found}"))
     }
 }

@@ -44,10 +44,7 @@ impl Hdu {
 /// # Errors
 /// The file is no FITS, a header is wrong, or an HDU is longer than the file.
 pub(crate) fn scan(path: &Path, file: &mut File) -> Result<Vec<Hdu>, ReadError> {
-    let whole = Place {
-        path: path.to_owned(),
-        hdu: "file".into(),
-    };
+    let whole = Place::file(path);
     let file_bytes = file.metadata().map_err(|e| whole.io(e))?.len();
     let mut hdus: Vec<Hdu> = Vec::new();
     let mut offset = 0;
@@ -108,7 +105,7 @@ fn read_hdu(whole: &Place, file: &mut File, offset: u64, index: usize) -> Result
         },
     });
     let blocks = read_header(file, &mut header, index == 0)?;
-    if let Some(name) = header.text("EXTNAME") {
+    if let (true, Some(name)) = (index > 0, header.text("EXTNAME")) {
         header.place.hdu = format!("HDU {index} ({name})");
     }
     let axes = read_axes(&header)?;
@@ -145,6 +142,10 @@ fn read_header(file: &mut File, header: &mut Header, primary: bool) -> Result<us
         for card in cards {
             match card::keyword(card).as_str() {
                 "END" => return Ok(n_block + 1),
+                "XTENSION" if primary => {
+                    let what = "an extension starts before the END card";
+                    return Err(header.place.malformed("header", what));
+                }
                 "HISTORY" => header.history.push(card::commentary(card)),
                 "COMMENT" | "CONTINUE" | "" => {}
                 key => {

@@ -6,7 +6,7 @@
 use std::fs::File;
 
 use super::date;
-use crate::fits::header::Header;
+use crate::fits::header::{Header, Place};
 use crate::fits::scan::Hdu;
 use crate::fits::table::Table;
 use crate::{Antenna, EarthOrientation, ReadError, TimeScale};
@@ -47,6 +47,7 @@ impl Antennas {
         hdus: &[Hdu],
         warnings: &mut Vec<String>,
     ) -> Result<(Self, ArrayHeader), ReadError> {
+        let whole = Place::file(&hdus[0].header.place.path);
         let mut antennas = Self::default();
         let mut first = None;
         for (i, hdu) in hdus
@@ -64,8 +65,8 @@ impl Antennas {
             }
         }
         let Some(first) = first else {
-            let what = "there is no antenna table (AIPS AN); the file may be truncated";
-            return Err(hdus[0].header.place.malformed("EXTEND", what));
+            let what = "there is no antenna table; the file may be truncated";
+            return Err(whole.malformed("AIPS AN", what));
         };
         antennas.index.sort_unstable();
         if let Some(pair) = antennas
@@ -75,7 +76,7 @@ impl Antennas {
         {
             let (subarray, number) = (pair[0].0 >> 32, pair[0].0 & 0xffff_ffff);
             let what = format!("antenna {number} of subarray {subarray} stands there twice");
-            return Err(hdus[0].header.place.malformed("AIPS AN: NOSTA", what));
+            return Err(whole.malformed("AIPS AN: NOSTA", what));
         }
         Ok((antennas, first))
     }

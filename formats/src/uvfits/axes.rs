@@ -93,7 +93,7 @@ impl Axes {
     fn check(&self, header: &Header) -> Result<(), ReadError> {
         let place = &header.place;
         if self.complex.number == 0 {
-            return Err(place.malformed("CTYPE2", "there is no COMPLEX axis: no visibilities"));
+            return Err(place.malformed("CTYPE", "there is no COMPLEX axis: no visibilities"));
         }
         if !(2..=3).contains(&self.complex.len) {
             let key = format!("NAXIS{}", self.complex.number);
@@ -104,7 +104,7 @@ impl Axes {
             return Err(place.malformed(&key, what));
         }
         if self.freq.number == 0 {
-            return Err(place.malformed("CTYPE2", "there is no FREQ axis"));
+            return Err(place.malformed("CTYPE", "there is no FREQ axis"));
         }
         for axis in [self.ra, self.dec] {
             if axis.len != 1 {

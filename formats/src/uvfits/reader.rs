@@ -123,12 +123,11 @@ impl UvfitsReader {
             uvw_m = from_ncp(uvw_m, self.sources.fields[field as usize].dec_rad);
         }
         let time_mjd = parameters.date.mjd(raw);
-        if !(uvw_m.iter().all(|x| x.is_finite()) && time_mjd.is_finite()) {
-            return Err(self.row_error(
-                row,
-                "UU, VV, WW, DATE",
-                "a coordinate or the time is not finite",
-            ));
+        let [u, v, w] = uvw_m;
+        for (name, value) in [("UU", u), ("VV", v), ("WW", w), ("DATE", time_mjd)] {
+            if !value.is_finite() {
+                return Err(self.row_error(row, name, format!("{value} is not finite")));
+            }
         }
         let interval_s = parameters.int_time.value(raw);
         let known = parameters.int_time.is_there() && interval_s.is_finite() && interval_s > 0.0;
