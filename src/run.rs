@@ -99,6 +99,13 @@ pub fn run(
         refine: config.refine,
         seed: config.seed,
     };
+    tracing::info!(
+        "{} samples, beam {:.2} arcsec, {} tiles of {} live points",
+        dataset.info().n_sample,
+        beam_rad / ARCSEC,
+        settings.tiles.len(),
+        settings.n_live
+    );
     let detection = detect(&mut dataset, &settings, observer)?;
     let outcome = Outcome::new(config, &digest, &dataset, &settings, &detection);
     outcome.write(&paths, overwrite)?;
