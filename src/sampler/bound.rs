@@ -10,19 +10,25 @@ mod union;
 pub(super) use cloud::Cloud;
 pub(super) use decompose::{Decomposition, decompose, refit};
 pub use ellipsoid::Ellipsoid;
+pub(super) use fit::{Cluster, pooled};
 pub(super) use union::Union;
 
 use friends::Sets;
 
-/// Groups of ellipsoids with no intersection between groups; groups in order of first member.
-pub(super) fn separate(ellipsoids: &[Ellipsoid]) -> Vec<Vec<usize>> {
-    let mut sets = Sets::new(ellipsoids.len());
-    for i in 0..ellipsoids.len() {
+/// Groups of ellipsoids with no intersection between groups, and no friends either: ellipsoids
+/// that cut a thin curve into arcs may stand apart where the points do not. Groups in order of first member.
+///
+/// `shadows` are the ellipsoids in the mode dimensions; those with the same number in `part` are
+/// connected by their points.
+pub(super) fn separate(shadows: &[Ellipsoid], part: &[usize]) -> Vec<Vec<usize>> {
+    let mut groups = Sets::new(shadows.len());
+    for i in 0..shadows.len() {
         for j in 0..i {
-            if sets.find(i) != sets.find(j) && ellipsoids[i].intersects(&ellipsoids[j]) {
-                sets.join(i, j);
+            let apart = groups.find(i) != groups.find(j);
+            if apart && (part[i] == part[j] || shadows[i].intersects(&shadows[j])) {
+                groups.join(i, j);
             }
         }
     }
-    sets.parts()
+    groups.parts()
 }

@@ -3,7 +3,9 @@
 mod region;
 mod territory;
 
-use super::bound::{Cloud, Decomposition, Ellipsoid, Union, decompose, refit, separate};
+use super::bound::{
+    Cloud, Cluster, Decomposition, Ellipsoid, Union, decompose, pooled, refit, separate,
+};
 use super::{DeadPoint, ModeNode, NestedRun, Progress, Sampler, SamplerError, log_add};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -141,8 +143,8 @@ impl Points {
     }
 }
 
-/// A cluster of live points, its ellipsoid, and the ellipsoid's shadow in the mode dimensions.
-type Clusters = Vec<(Vec<usize>, Ellipsoid)>;
+/// Clusters that become a mode, each with its ellipsoid's shadow in the mode dimensions.
+type Group = Vec<(Cluster, Ellipsoid)>;
 
 impl MultiNest {
     /// A sampler that has not asked yet.
@@ -257,12 +259,13 @@ impl MultiNest {
     fn problem<'a>(
         config: &'a MultiNestConfig,
         points: &'a Points,
-        region: &Region,
+        region: &'a Region,
     ) -> Decomposition<'a> {
         Decomposition {
             cloud: points.cloud(),
             mode_dims: &config.mode_dims,
             log_share: region.log_x - (region.n_live() as f64).ln(),
+            typical: region.typical.as_ref(),
         }
     }
 
@@ -287,9 +290,9 @@ impl MultiNest {
         let region = &self.regions[i];
         let problem = Self::problem(&self.config, &self.points, region);
         let clusters = self.enlarge(decompose(problem, region.slots()));
-        let total = clusters
-            .iter()
-            .fold(f64::NEG_INFINITY, |sum, c| log_add(sum, c.1.log_volume()));
+        let total = clusters.iter().fold(f64::NEG_INFINITY, |sum, c| {
+            log_add(sum, c.ellipsoid.log_volume())
+        });
         self.regions[i].since_search = 0;
         if region_is_cube(self.regions[i].node, total) {
             self.rebind(i, vec![]);
@@ -306,51 +309,53 @@ impl MultiNest {
         false
     }
 
-    fn enlarge(&self, mut clusters: Clusters) -> Clusters {
-        clusters
-            .iter_mut()
-            .for_each(|(_, e)| e.grow(-self.config.efficiency.ln()));
+    fn enlarge(&self, mut clusters: Vec<Cluster>) -> Vec<Cluster> {
+        for cluster in &mut clusters {
+            cluster.ellipsoid.grow(-self.config.efficiency.ln());
+        }
         clusters
     }
 
     /// Gives a region its new ellipsoids; none: the whole cube.
-    fn rebind(&mut self, i: usize, clusters: Clusters) {
+    fn rebind(&mut self, i: usize, clusters: Vec<Cluster>) {
         let region = &mut self.regions[i];
         region.since_fit = 0;
         region.n_at_fit = region.n_live();
         if clusters.is_empty() {
-            region
-                .slots()
-                .into_iter()
-                .for_each(|slot| self.points.cluster[slot] = 0);
+            for slot in region.slots() {
+                self.points.cluster[slot] = 0;
+            }
         }
-        for (k, (index, _)) in clusters.iter().enumerate() {
-            index.iter().for_each(|&slot| self.points.cluster[slot] = k);
+        for (k, cluster) in clusters.iter().enumerate() {
+            for &slot in &cluster.index {
+                self.points.cluster[slot] = k;
+            }
         }
-        region.bound = Union::new(clusters.into_iter().map(|(_, e)| e).collect());
+        region.bound = Union::new(clusters.into_iter().map(|c| c.ellipsoid).collect());
     }
 
-    /// Clusters in groups that do not intersect in the mode dimensions; groups of fewer than
-    /// `MIN_MODE` points stay with the nearest.
-    fn groups(&self, clusters: &Clusters) -> Vec<Vec<(Vec<usize>, Ellipsoid, Ellipsoid)>> {
-        let project = |(index, e): &(Vec<usize>, Ellipsoid)| {
-            let shadow = e.project(&self.config.mode_dims)?;
-            Some((index.clone(), e.clone(), shadow))
-        };
-        let projected: Option<Vec<_>> = clusters.iter().map(project).collect();
-        let Some(projected) =
-            projected.filter(|p| p.len() > 1 && !self.config.mode_dims.is_empty())
-        else {
-            return vec![];
-        };
-        let shadows: Vec<Ellipsoid> = projected.iter().map(|p| p.2.clone()).collect();
-        let parts = separate(&shadows);
-        let size = |part: &[usize]| part.iter().map(|&k| projected[k].0.len()).sum::<usize>();
-        let (mut groups, small): (Vec<_>, Vec<_>) =
-            parts.into_iter().partition(|part| size(part) >= MIN_MODE);
-        if groups.is_empty() {
+    /// Clusters in groups that are apart in the mode dimensions; groups of fewer than `MIN_MODE`
+    /// points stay with the nearest.
+    fn groups(&self, clusters: &[Cluster]) -> Vec<Group> {
+        let dims = &self.config.mode_dims;
+        if dims.is_empty() || clusters.len() < 2 {
             return vec![];
         }
+        let shadows: Option<Vec<_>> = clusters.iter().map(|c| c.ellipsoid.project(dims)).collect();
+        let Some(shadows) = shadows else {
+            return vec![];
+        };
+        let part: Vec<usize> = clusters.iter().map(|c| c.part).collect();
+        let size = |group: &[usize]| {
+            group
+                .iter()
+                .map(|&k| clusters[k].index.len())
+                .sum::<usize>()
+        };
+        let groups = separate(&shadows, &part);
+        let (mut groups, small): (Vec<_>, Vec<_>) = groups
+            .into_iter()
+            .partition(|group| size(group) >= MIN_MODE);
         for k in small.into_iter().flatten() {
             let gap = |group: &Vec<usize>| {
                 let gaps = group
@@ -358,36 +363,41 @@ impl MultiNest {
                     .map(|&g| shadows[g].distance2(shadows[k].centre()));
                 gaps.fold(f64::INFINITY, f64::min)
             };
-            let nearest =
-                (0..groups.len()).min_by(|&a, &b| gap(&groups[a]).total_cmp(&gap(&groups[b])));
-            groups[nearest.unwrap_or(0)].push(k);
+            if let Some(nearest) = groups.iter_mut().min_by(|a, b| gap(a).total_cmp(&gap(b))) {
+                nearest.push(k);
+            }
         }
+        let member = |k: usize| (clusters[k].clone(), shadows[k].clone());
         groups
             .into_iter()
-            .map(|g| g.into_iter().map(|k| projected[k].clone()).collect())
+            .map(|group| group.into_iter().map(member).collect())
             .collect()
     }
 
     /// Replaces a region by one for each group.
-    fn split(&mut self, i: usize, groups: Vec<Vec<(Vec<usize>, Ellipsoid, Ellipsoid)>>) {
+    fn split(&mut self, i: usize, groups: Vec<Group>) {
         let mut parent = self.regions.remove(i);
         let n = parent.n_live();
         let mut log_l = vec![0.0; self.points.cluster.len()];
-        parent
-            .drain()
-            .into_iter()
-            .for_each(|live| log_l[live.slot] = live.log_l);
-        let sites = groups
+        for live in parent.drain() {
+            log_l[live.slot] = live.log_l;
+        }
+        let sets = groups
             .iter()
-            .map(|g| g.iter().map(|c| c.2.clone()).collect())
-            .collect();
-        let first = self.territory.split(parent.node, sites);
+            .flatten()
+            .map(|(cluster, _)| cluster.index.as_slice());
+        let typical = pooled(self.points.cloud(), sets).or(parent.typical.take());
+        let shadows = |group: &Group| group.iter().map(|(_, shadow)| shadow.clone()).collect();
+        let first = self
+            .territory
+            .split(parent.node, groups.iter().map(shadows).collect());
         for (k, group) in groups.into_iter().enumerate() {
-            let n_split = group.iter().map(|c| c.0.len()).sum::<usize>();
+            let n_split = group.iter().map(|(cluster, _)| cluster.index.len()).sum();
             let log_x = parent.log_x + log_fraction(n_split, n);
             let target = self.config.n_live_mode.min(self.config.n_live).max(n_split);
             let mut region = Region::new(first + k, log_x, parent.contour(), target);
-            for &slot in group.iter().flat_map(|c| &c.0) {
+            region.typical.clone_from(&typical);
+            for &slot in group.iter().flat_map(|(cluster, _)| &cluster.index) {
                 region.push(Live {
                     log_l: log_l[slot],
                     slot,
@@ -399,7 +409,7 @@ impl MultiNest {
                 log_l_split: parent.contour(),
             });
             self.regions.push(region);
-            let clusters = group.into_iter().map(|(index, e, _)| (index, e)).collect();
+            let clusters = group.into_iter().map(|(cluster, _)| cluster).collect();
             self.rebind(self.regions.len() - 1, clusters);
         }
     }

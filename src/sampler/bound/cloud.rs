@@ -4,16 +4,16 @@ use nalgebra::DMatrix;
 
 /// Points in the unit cube, row after row.
 #[derive(Debug, Clone, Copy)]
-pub struct Cloud<'a> {
+pub(in crate::sampler) struct Cloud<'a> {
     /// Coordinates, axes (point, dimension).
-    pub u: &'a [f64],
+    pub(in crate::sampler) u: &'a [f64],
     /// Dimensions.
-    pub n_dim: usize,
+    pub(in crate::sampler) n_dim: usize,
 }
 
 impl<'a> Cloud<'a> {
     /// Coordinates of point `i`.
-    pub fn row(&self, i: usize) -> &'a [f64] {
+    pub(in crate::sampler) fn row(&self, i: usize) -> &'a [f64] {
         &self.u[i * self.n_dim..(i + 1) * self.n_dim]
     }
 }

@@ -9,7 +9,7 @@
 use super::cloud::{Cloud, Moments};
 use super::ellipsoid::Ellipsoid;
 use super::fit::{Cluster, fit, pooled};
-use super::friends::friends_of_friends;
+use super::friends::{friends_of_friends, part_by_scale};
 use crate::sampler::log_add;
 use nalgebra::DMatrix;
 
@@ -22,6 +22,8 @@ pub(in crate::sampler) struct Decomposition<'a> {
     pub(in crate::sampler) mode_dims: &'a [usize],
     /// ln of the prior volume that each live point stands for, X/N.
     pub(in crate::sampler) log_share: f64,
+    /// Covariance of a typical mode, for sets of few points.
+    pub(in crate::sampler) typical: Option<&'a DMatrix<f64>>,
 }
 
 /// Volume (against the share) above which a set is worth looking into more deeply although its
@@ -31,29 +33,27 @@ const WASTEFUL: f64 = 3.0;
 /// A split is kept if ln of the volume falls by this much: less is chance.
 const KEEP: f64 = 0.2;
 
-/// Ellipsoids around the points `index` with the points of each.
-pub(in crate::sampler) fn decompose(
-    problem: Decomposition,
-    index: Vec<usize>,
-) -> Vec<(Vec<usize>, Ellipsoid)> {
-    let whole = problem.fit(index, None);
-    let clusters = problem.divide(whole, None);
-    clusters
-        .into_iter()
-        .map(|c| (c.index, c.ellipsoid))
-        .collect()
+/// Ellipsoids around the points `index`; clusters of one `part` are connected by their points.
+pub(in crate::sampler) fn decompose(problem: Decomposition, index: Vec<usize>) -> Vec<Cluster> {
+    let whole = problem.fit(index, problem.typical);
+    let parts = problem.part(&whole, problem.typical);
+    let parts = parts.unwrap_or_else(|| vec![whole]);
+    let prior = problem.pooled(parts.iter().map(|c| c.index.as_slice()));
+    let prior = prior.as_ref().or(problem.typical);
+    let divide = |(part, whole)| {
+        let clusters = problem.halve(whole, prior).into_iter();
+        clusters.map(move |c| Cluster { part, ..c })
+    };
+    parts.into_iter().enumerate().flat_map(divide).collect()
 }
 
 /// Refits the ellipsoids to clusters that are already known.
-pub(in crate::sampler) fn refit(
-    problem: Decomposition,
-    clusters: Vec<Vec<usize>>,
-) -> Vec<(Vec<usize>, Ellipsoid)> {
-    let prior = pooled(problem.cloud, &clusters);
-    let fitted = clusters
-        .into_iter()
-        .map(|index| problem.fit(index, prior.as_ref()));
-    fitted.map(|c| (c.index, c.ellipsoid)).collect()
+pub(in crate::sampler) fn refit(problem: Decomposition, sets: Vec<Vec<usize>>) -> Vec<Cluster> {
+    let prior = problem.pooled(sets.iter().map(Vec::as_slice));
+    let prior = prior.as_ref().or(problem.typical);
+    sets.into_iter()
+        .map(|index| problem.fit(index, prior))
+        .collect()
 }
 
 impl Decomposition<'_> {
@@ -62,22 +62,50 @@ impl Decomposition<'_> {
         fit(self.cloud, index, prior, log_share)
     }
 
+    fn pooled<'b>(&self, sets: impl Iterator<Item = &'b [usize]>) -> Option<DMatrix<f64>> {
+        pooled(self.cloud, sets)
+    }
+
+    /// The parts of a set between gaps in the mode dimensions, if there are several and they are
+    /// smaller than the whole.
+    ///
+    /// A part of few points has no scale of its own, so it is parted again by that of its neighbours:
+    /// two faint modes of two or three points each would otherwise share one vast ellipsoid.
+    fn part(&self, whole: &Cluster, prior: Option<&DMatrix<f64>>) -> Option<Vec<Cluster>> {
+        let parts = friends_of_friends(self.cloud, &whole.index, self.mode_dims);
+        let pooled = if parts.len() > 1 {
+            self.pooled(parts.iter().map(Vec::as_slice))
+        } else {
+            None
+        };
+        let prior = pooled.as_ref().or(prior);
+        let n_few = 2 * (self.cloud.n_dim + 2);
+        let again = |part: Vec<usize>| match prior {
+            Some(prior) if part.len() < n_few => {
+                part_by_scale(self.cloud, &part, self.mode_dims, prior)
+            }
+            _ => vec![part],
+        };
+        let parts: Vec<_> = parts.into_iter().flat_map(again).collect();
+        let parts: Vec<_> = parts
+            .into_iter()
+            .map(|part| self.fit(part, prior))
+            .collect();
+        let smaller = log_volume(&parts) < whole.ellipsoid.log_volume();
+        (parts.len() > 1 && smaller).then_some(parts)
+    }
+
     /// The set as one cluster or as several, whichever is smaller.
     fn divide(&self, whole: Cluster, prior: Option<&DMatrix<f64>>) -> Vec<Cluster> {
-        let parts = friends_of_friends(self.cloud, &whole.index, self.mode_dims);
-        if parts.len() > 1 {
-            let pooled = pooled(self.cloud, &parts);
-            let prior = pooled.as_ref().or(prior);
-            let parts: Vec<_> = parts
-                .into_iter()
-                .map(|part| self.fit(part, prior))
-                .collect();
-            if log_volume(&parts) < whole.ellipsoid.log_volume() {
-                let divided = parts.into_iter().flat_map(|part| self.halve(part, prior));
-                return divided.collect();
-            }
-        }
-        self.halve(whole, prior)
+        let Some(parts) = self.part(&whole, prior) else {
+            return self.halve(whole, prior);
+        };
+        let pooled = self.pooled(parts.iter().map(|c| c.index.as_slice()));
+        let prior = pooled.as_ref().or(prior);
+        parts
+            .into_iter()
+            .flat_map(|part| self.halve(part, prior))
+            .collect()
     }
 
     /// Splits in two if that is smaller now, or after further splits of a wasteful set.
@@ -92,7 +120,7 @@ impl Decomposition<'_> {
         let Some(halves) = two_parts(self.cloud, &whole) else {
             return vec![whole];
         };
-        let pooled = pooled(self.cloud, &halves);
+        let pooled = self.pooled(halves.iter().map(Vec::as_slice));
         let prior = pooled.as_ref().or(prior);
         let halves = halves.map(|half| self.fit(half, prior));
         let better = log_volume(&halves) < log_whole - KEEP;
@@ -258,13 +286,14 @@ mod tests {
         points
     }
 
-    fn run(u: &[f64], mode_dims: &[usize]) -> Vec<(Vec<usize>, Ellipsoid)> {
+    fn run(u: &[f64], mode_dims: &[usize]) -> Vec<Cluster> {
         // Four discs at most.
         let log_share = (0.01 * std::f64::consts::PI / (u.len() / 2) as f64).ln();
         let problem = Decomposition {
             cloud: Cloud { u, n_dim: 2 },
             mode_dims,
             log_share,
+            typical: None,
         };
         decompose(problem, (0..u.len() / 2).collect())
     }
@@ -275,8 +304,9 @@ mod tests {
         for dims in [&[0, 1][..], &[]] {
             let found = run(&u, dims);
             assert_eq!(found.len(), 4);
-            let ellipsoids: Vec<_> = found.into_iter().map(|(_, e)| e).collect();
-            assert_eq!(separate(&ellipsoids).len(), 4);
+            let shadows: Vec<_> = found.iter().map(|c| c.ellipsoid.clone()).collect();
+            assert_eq!(separate(&shadows, &[0, 1, 2, 3]).len(), 4);
+            assert_eq!(separate(&shadows, &[0, 0, 2, 3]).len(), 3);
         }
     }
 
@@ -291,7 +321,7 @@ mod tests {
         u.extend(discs(&[[0.8, 0.8]], 6));
         let found = run(&u, &[0, 1]);
         assert_eq!(
-            found.iter().map(|(i, _)| i.len()).collect::<Vec<_>>(),
+            found.iter().map(|c| c.index.len()).collect::<Vec<_>>(),
             [200, 6]
         );
     }

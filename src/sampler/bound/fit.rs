@@ -18,9 +18,13 @@ const N_FOLDS: usize = 4;
 
 /// A set of points and the ellipsoid around it.
 #[derive(Debug, Clone)]
-pub(super) struct Cluster {
-    pub(super) index: Vec<usize>,
-    pub(super) ellipsoid: Ellipsoid,
+pub(in crate::sampler) struct Cluster {
+    /// The points.
+    pub(in crate::sampler) index: Vec<usize>,
+    /// Holds them and where they came from.
+    pub(in crate::sampler) ellipsoid: Ellipsoid,
+    /// Clusters with the same number are connected by their points.
+    pub(in crate::sampler) part: usize,
 }
 
 /// The ellipsoid for the points `index`, enlarged to hold left-out points and to a volume of at
@@ -36,9 +40,9 @@ pub(super) fn fit(
 ) -> Cluster {
     let all = Moments::of(cloud, &index);
     let unit = gaussian(&all, prior);
-    // A uniform ellipsoid ends at d + 2; few points know neither its centre nor its shape.
-    let d = cloud.n_dim as f64;
-    let mut radius2 = (d + 2.0) * (1.0 + 2.0 * d / index.len() as f64);
+    // A uniform ellipsoid ends at radius sqrt(d + 2); the mean of few points may lie off its centre.
+    let off_centre = 1.0 + 1.0 / (index.len() as f64).sqrt();
+    let mut radius2 = (cloud.n_dim as f64 + 2.0) * off_centre * off_centre;
     for &i in &index {
         radius2 = radius2.max(unit.distance2(cloud.row(i)));
     }
@@ -59,7 +63,11 @@ pub(super) fn fit(
     let mut ellipsoid = unit;
     ellipsoid.grow(0.5 * cloud.n_dim as f64 * radius2.ln());
     ellipsoid.grow((log_share - ellipsoid.log_volume()).max(0.0));
-    Cluster { index, ellipsoid }
+    Cluster {
+        index,
+        ellipsoid,
+        part: 0,
+    }
 }
 
 /// The ellipsoid of Mahalanobis radius 1 of a regularised covariance.
@@ -100,7 +108,10 @@ fn relative_scale(prior: &DMatrix<f64>, scatter: &DMatrix<f64>, dof: f64) -> f64
 }
 
 /// The pooled covariance of some sets about their own means; none if they have too few points.
-pub(super) fn pooled(cloud: Cloud, sets: &[Vec<usize>]) -> Option<DMatrix<f64>> {
+pub(in crate::sampler) fn pooled<'a>(
+    cloud: Cloud,
+    sets: impl Iterator<Item = &'a [usize]>,
+) -> Option<DMatrix<f64>> {
     let n_dim = cloud.n_dim;
     let mut sum = DMatrix::zeros(n_dim, n_dim);
     let mut dof = 0;
@@ -147,7 +158,7 @@ mod tests {
         let u = [0.3, 0.7];
         let prior = DMatrix::from_row_slice(2, 2, &[1e-4, 0.0, 0.0, 4e-4]);
         let e = fit(Cloud { u: &u, n_dim: 2 }, vec![0], Some(&prior), -20.0).ellipsoid;
-        assert!(e.contains(&[0.3, 0.76]) && !e.contains(&[0.36, 0.7]));
+        assert!(e.contains(&[0.3, 0.77]) && !e.contains(&[0.37, 0.7]));
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! Friends of friends: sets of points with no large gap inside them.
 
 use super::cloud::{Cloud, Moments};
+use super::ellipsoid::Ellipsoid;
+use nalgebra::DMatrix;
 
 /// A point's own scale is the distance to this neighbour, so a set of up to this many points
 /// always joins another: smaller sets have no scale of their own.
@@ -8,7 +10,7 @@ const NEIGHBOUR: usize = 3;
 
 /// Two points are friends if they are closer than this many scales of either: about 12 friends in a
 /// uniform plane, where 4 already connect thousands of points (Balister et al. 2005).
-const REACH2: f64 = 4.0;
+const REACH2: f64 = 9.0;
 
 /// Parts of `index` that are connected in the dimensions `dims`, whitened; each part ascending,
 /// parts in the order of their first point.
@@ -40,6 +42,35 @@ pub(super) fn friends_of_friends(cloud: Cloud, index: &[usize], dims: &[usize]) 
     collect(&mut sets, &order, index)
 }
 
+/// Parts of a few points by single linkage at a scale given from outside: the dimensions `dims` of a
+/// typical covariance. Uniform ellipsoids of that covariance have a diameter of 2 sqrt(d + 2), which
+/// a gap must exceed by half.
+pub(super) fn part_by_scale(
+    cloud: Cloud,
+    index: &[usize],
+    dims: &[usize],
+    typical: &DMatrix<f64>,
+) -> Vec<Vec<usize>> {
+    let shape = DMatrix::from_fn(dims.len(), dims.len(), |i, j| typical[(dims[i], dims[j])]);
+    let reach2 = 9.0 * (cloud.n_dim + 2) as f64;
+    let shadow = |i: usize| dims.iter().map(|&d| cloud.row(i)[d]).collect::<Vec<_>>();
+    let mut sets = Sets::new(index.len());
+    for (a, &i) in index.iter().enumerate() {
+        let Some(scale) = Ellipsoid::new(&shadow(i), &shape) else {
+            return vec![index.to_vec()];
+        };
+        for (b, &j) in index[..a].iter().enumerate() {
+            if scale.distance2(&shadow(j)) <= reach2 {
+                sets.join(a, b);
+            }
+        }
+    }
+    let parts = sets.parts().into_iter();
+    parts
+        .map(|part| part.into_iter().map(|a| index[a]).collect())
+        .collect()
+}
+
 /// Coordinates `dims` of the points in units of their covariance.
 fn whiten(cloud: Cloud, index: &[usize], dims: &[usize]) -> Vec<f64> {
     let pick = |i: usize| dims.iter().map(move |&d| cloud.row(i)[d]);
@@ -54,7 +85,7 @@ fn whiten(cloud: Cloud, index: &[usize], dims: &[usize]) -> Vec<f64> {
     let Some(cholesky) = shape.cholesky() else {
         return flat;
     };
-    let points = nalgebra::DMatrix::from_column_slice(dims.len(), index.len(), &flat);
+    let points = DMatrix::from_column_slice(dims.len(), index.len(), &flat);
     match cholesky.l().solve_lower_triangular(&points) {
         Some(z) => z.as_slice().to_vec(),
         None => flat,

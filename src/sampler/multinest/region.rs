@@ -2,6 +2,7 @@
 
 use crate::sampler::bound::Union;
 use crate::sampler::log_add;
+use nalgebra::DMatrix;
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
@@ -46,6 +47,8 @@ pub(super) struct Region {
     pub(super) n_at_fit: usize,
     /// Evaluations since a point was last accepted.
     pub(super) barren: u64,
+    /// Covariance of the modes that it split off together with.
+    pub(super) typical: Option<DMatrix<f64>>,
     live: BinaryHeap<Reverse<Live>>,
     contour: f64,
     ties: usize,
@@ -65,6 +68,7 @@ impl Region {
             since_fit: 0,
             n_at_fit: 0,
             barren: 0,
+            typical: None,
             live: BinaryHeap::new(),
             contour,
             ties: 0,
@@ -132,11 +136,6 @@ impl Region {
         self.since_search += 1;
         self.since_fit += 1;
         Some(worst)
-    }
-
-    /// Evidence of its own dead points.
-    pub(super) fn log_z(&self) -> f64 {
-        self.log_z
     }
 
     /// The most that its live points may still add.
