@@ -166,7 +166,9 @@ fn sampler(
 ) -> Result<Box<dyn Sampler>, SamplerError> {
     match config.sampler {
         SamplerKind::Multinest => Ok(Box::new(MultiNest::new(MultiNestConfig {
-            mode_dims: MODE_DIMS.to_vec(),
+            // Modes are only to be seen here; each source is sampled again by itself.
+            n_live_mode: 4,
+            mode_dims: if settings.modes { MODE_DIMS.to_vec() } else { Vec::new() },
             efficiency: config.efficiency,
             tolerance: config.tolerance,
             seed: settings.seed,

@@ -21,6 +21,8 @@ const NO_WEIGHT: f64 = 1e-9;
 pub struct SamplerSettings {
     /// Live points.
     pub n_live: usize,
+    /// Is the region to be searched for modes, or is its posterior one piece?
+    pub modes: bool,
     /// Seed of its random stream.
     pub seed: u64,
 }

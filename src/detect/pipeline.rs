@@ -110,6 +110,7 @@ fn search_tiles(
         restored: Vec::new(),
         sampler: SamplerSettings {
             n_live: settings.n_live,
+            modes: true,
             seed: stream_seed(settings.seed, [1, search as u64, tile.id as u64]),
         },
     };

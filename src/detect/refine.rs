@@ -60,6 +60,7 @@ impl Refinement<'_> {
                 restored: vec![mode.mean],
                 sampler: SamplerSettings {
                     n_live: self.n_live,
+                    modes: false,
                     seed: super::pipeline::stream_seed(self.seed, [2, round as u64, i as u64]),
                 },
             })
