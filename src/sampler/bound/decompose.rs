@@ -30,6 +30,9 @@ pub(in crate::sampler) struct Decomposition<'a> {
 /// halves are no smaller. 2 in the paper; ellipsoids of few points are larger here.
 const WASTEFUL: f64 = 3.0;
 
+/// Rounds of parting by the typical covariance; each may make it smaller.
+const MAX_ROUNDS: usize = 8;
+
 /// A split is kept if ln of the volume falls by this much: less is chance.
 const KEEP: f64 = 0.2;
 
@@ -72,27 +75,38 @@ impl Decomposition<'_> {
     /// A part of few points has no scale of its own, so it is parted again by that of its neighbours:
     /// two faint modes of two or three points each would otherwise share one vast ellipsoid.
     fn part(&self, whole: &Cluster, prior: Option<&DMatrix<f64>>) -> Option<Vec<Cluster>> {
-        let parts = friends_of_friends(self.cloud, &whole.index, self.mode_dims);
-        let pooled = if parts.len() > 1 {
-            self.pooled(parts.iter().map(Vec::as_slice))
-        } else {
-            None
-        };
-        let prior = pooled.as_ref().or(prior);
-        let n_few = 2 * (self.cloud.n_dim + 2);
-        let again = |part: Vec<usize>| match prior {
-            Some(prior) if part.len() < n_few => {
-                part_by_scale(self.cloud, &part, self.mode_dims, prior)
+        let mut parts = friends_of_friends(self.cloud, &whole.index, self.mode_dims);
+        let mut typical = prior.cloned();
+        // Each round takes pairs of modes apart that had inflated the typical covariance.
+        for _ in 0..MAX_ROUNDS {
+            if parts.len() > 1 {
+                typical = self.pooled(parts.iter().map(Vec::as_slice)).or(typical);
             }
-            _ => vec![part],
-        };
-        let parts: Vec<_> = parts.into_iter().flat_map(again).collect();
-        let parts: Vec<_> = parts
+            let n_parts = parts.len();
+            parts = parts
+                .into_iter()
+                .flat_map(|part| self.part_few(part, typical.as_ref()))
+                .collect();
+            if parts.len() == n_parts {
+                break;
+            }
+        }
+        let fitted = parts
             .into_iter()
-            .map(|part| self.fit(part, prior))
-            .collect();
+            .map(|part| self.fit(part, typical.as_ref()));
+        let parts: Vec<Cluster> = fitted.collect();
         let smaller = log_volume(&parts) < whole.ellipsoid.log_volume();
         (parts.len() > 1 && smaller).then_some(parts)
+    }
+
+    /// Parts a set by the typical scale if it has few points.
+    fn part_few(&self, part: Vec<usize>, typical: Option<&DMatrix<f64>>) -> Vec<Vec<usize>> {
+        match typical {
+            Some(typical) if part.len() < 2 * (self.cloud.n_dim + 2) => {
+                part_by_scale(self.cloud, &part, self.mode_dims, typical)
+            }
+            _ => vec![part],
+        }
     }
 
     /// The set as one cluster or as several, whichever is smaller.
