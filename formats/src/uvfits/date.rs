@@ -107,8 +107,10 @@ mod tests {
         let terms = [2.453_901_5e6, 0.25, 1e-12, -MJD_ZERO_JD];
         let mut there = CarefulSum::default();
         let mut back = CarefulSum::default();
-        terms.iter().for_each(|&t| there.add(t));
-        terms.iter().rev().for_each(|&t| back.add(t));
+        for i in 0..terms.len() {
+            there.add(terms[i]);
+            back.add(terms[terms.len() - 1 - i]);
+        }
         assert_eq!(there.total(), 53_901.25 + 1e-12);
         assert_eq!(there.total(), back.total());
     }

@@ -10,7 +10,7 @@ use super::baseline::{self, Pair};
 use super::date;
 use super::frequencies::Frequencies;
 use super::groups::Layout;
-use super::parameters::{Parameters, Projection, from_ncp};
+use super::parameters::{Parameters, Projection, Quantity, from_ncp};
 use super::sources::Sources;
 use crate::fits::header::{Header, Place};
 use crate::fits::scan::{self, Hdu};
@@ -106,18 +106,12 @@ impl UvfitsReader {
         let raw = |at| self.layout.parameter(group, at);
         let parameters = &self.parameters;
         let pair = self.pair(row, raw)?;
-        let field = match parameters.source.is_there() {
-            true => self.look_up(row, "SOURCE", &parameters.source.value(raw), |n| {
-                self.sources.find(n)
-            })?,
-            false => 0,
-        };
-        let setup = match parameters.freq_sel.is_there() {
-            true => self.look_up(row, "FREQSEL", &parameters.freq_sel.value(raw), |n| {
-                self.frequencies.find(n)
-            })?,
-            false => 0,
-        };
+        let field = self.index(row, "SOURCE", &parameters.source, raw, |n| {
+            self.sources.find(n)
+        })?;
+        let setup = self.index(row, "FREQSEL", &parameters.freq_sel, raw, |n| {
+            self.frequencies.find(n)
+        })?;
         let mut uvw_m = [0, 1, 2].map(|d| parameters.uvw[d].value(raw) * parameters.uvw_to_m);
         if parameters.projection == Projection::Ncp {
             uvw_m = from_ncp(uvw_m, self.sources.fields[field as usize].dec_rad);
@@ -159,11 +153,11 @@ impl UvfitsReader {
     fn pair(&self, row: u64, raw: impl Fn(usize) -> f64 + Copy) -> Result<Pair, ReadError> {
         let parameters = &self.parameters;
         if parameters.has_antenna_pair() {
-            let subarray = match parameters.subarray.is_there() {
-                true => self
-                    .whole(row, "SUBARRAY", parameters.subarray.value(raw))?
-                    .max(1),
-                false => 1,
+            let subarray = if parameters.subarray.is_there() {
+                self.whole(row, "SUBARRAY", parameters.subarray.value(raw))?
+                    .max(1)
+            } else {
+                1
             };
             return Ok(Pair {
                 subarray,
@@ -189,14 +183,19 @@ impl UvfitsReader {
         ))
     }
 
-    /// The index of a number that a row names in a table.
-    fn look_up(
+    /// Where in its table stands the number that a row gives; the first where rows give none.
+    fn index(
         &self,
         row: u64,
         name: &str,
-        value: &f64,
+        quantity: &Quantity,
+        raw: impl Fn(usize) -> f64,
         find: impl Fn(i64) -> Option<u32>,
     ) -> Result<u32, ReadError> {
+        if !quantity.is_there() {
+            return Ok(0);
+        }
+        let value = quantity.value(raw);
         let known = if value.is_finite() {
             find(value.round() as i64)
         } else {

@@ -154,7 +154,7 @@ fn scratched_files_never_panic() {
         let whole = std::fs::read(&path).unwrap();
         for _ in 0..400 {
             let mut bytes = whole.clone();
-            for _ in 0..1 + (random.next() * 4.0) as usize {
+            for _ in 0..=(random.next() * 4.0) as usize {
                 let at = (random.next() * bytes.len() as f64) as usize;
                 bytes[at] = match (random.next() * 4.0) as u8 {
                     0 => (random.next() * 256.0) as u8,

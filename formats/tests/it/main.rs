@@ -1,5 +1,8 @@
 //! The crate's formats from the outside: whole files in, whole files out.
 
+// Helpers outside of test functions are tests too.
+#![allow(clippy::unwrap_used)]
+
 mod dialects;
 mod fixtures;
 mod made;
