@@ -1,6 +1,7 @@
 //! The writer's promises: nothing half-done under the final name, no surprise to what is there.
 
 use std::path::Path;
+use std::process::Command;
 
 use fitsio::FitsFile;
 use vis2cat_formats::{Corr, UvfitsWriter, VisChunk, VisWriter, WriteError};
@@ -157,4 +158,33 @@ fn cfitsio_reads_our_tables() {
     let primary = fits.primary_hdu().unwrap();
     let n_group: i64 = primary.read_key(&mut fits, "GCOUNT").unwrap();
     assert_eq!(n_group, 10);
+}
+
+/// Where the machine has the verifier of the FITS standard's authors.
+#[test]
+fn fitsverify_finds_no_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.uvfits");
+    let shape = Shape {
+        n_antenna: 300,
+        n_if: 2,
+        n_field: 3,
+        n_setup: 2,
+        n_row: 50,
+        corrs: vec![Corr::Rr, Corr::Ll, Corr::Rl, Corr::Lr],
+        ..Shape::default()
+    };
+    write(&path, &observation(&shape), &chunk(&shape));
+    let Ok(output) = Command::new("fitsverify")
+        .args(["-e", "-q"])
+        .arg(&path)
+        .output()
+    else {
+        return;
+    };
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stdout)
+    );
 }
