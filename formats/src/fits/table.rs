@@ -178,7 +178,8 @@ fn clean_header(hdu: &Hdu) -> Result<Vec<u8>, ReadError> {
         cards.integer(key, value, "");
     }
     cards.integer("NAXIS1", hdu.axes[0] as i64, "");
-    cards.integer("NAXIS2", hdu.axes[1] as i64, "");
+    let n_row = if hdu.axes[0] == 0 { 0 } else { hdu.axes[1] };
+    cards.integer("NAXIS2", n_row as i64, "");
     // What PCOUNT counts lies behind the rows, and is read as padding.
     cards.integer("PCOUNT", header.need_count("PCOUNT")? as i64, "");
     cards.integer("GCOUNT", 1, "");

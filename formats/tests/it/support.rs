@@ -168,6 +168,11 @@ pub(crate) fn write(path: &Path, observation: &Observation, chunk: &VisChunk) {
     writer.finish().unwrap();
 }
 
+/// Whether a warning says that coordinates and antenna positions disagree, as random ones do.
+pub(crate) fn is_about_direction(warning: &str) -> bool {
+    warning.starts_with("UU, VV, WW")
+}
+
 /// Reads a file from front to back, `max_row` rows at a time, into one chunk.
 pub(crate) fn read(path: &Path, max_row: usize) -> Result<(Observation, VisChunk), ReadError> {
     let mut reader = open(path)?;
