@@ -3,6 +3,15 @@
 //! A reader fills a caller-owned [`VisChunk`] again and again; memory does not depend on the size
 //! of the file. What a file is about (antennas, frequencies, phase centres) is its [`Observation`].
 //!
+//! # Formats
+//! | format | read | write | how it is known |
+//! |---|---|---|---|
+//! | UVFITS (random groups, AIPS Memo 117) | [`UvfitsReader`] | [`UvfitsWriter`] | `SIMPLE` and `GROUPS = T` |
+//! | UVFITS in a table (AIPS `FITAB`), UVH5, Measurement Set | no: an error names it | no | `NAXIS1 = 777777701`, HDF5 signature, `table.dat` |
+//!
+//! [`open`] goes by what stands in a file, never by its name. [`stokes_i`] makes total intensity of
+//! whatever correlations there are, with the weights that belong to it.
+//!
 //! # The phase convention
 //! Written once, here. With (u, v, w) **as held in a [`VisChunk`] beside the data**, in wavelengths,
 //! a source of flux density S at direction cosines l (east), m (north), n = sqrt(1 - l² - m²) adds

@@ -12,7 +12,8 @@
 //!
 //! # Signs
 //! UVFITS stores r(ant1) - r(ant2) and the data that belong to it: both are taken, and written, as
-//! they stand. See the crate's page for the phase convention, which holds for them.
+//! they stand. See the crate's page for the phase convention, which holds for them. On opening, some
+//! rows are set against the antenna positions, and a warning tells of files that go the other way.
 //!
 //! # What is written
 //! BITPIX -32; DATE, UU, VV and WW each as a value and its remainder, so that nearly all of an f64
@@ -30,6 +31,7 @@ mod antennas;
 mod axes;
 mod baseline;
 mod date;
+mod direction;
 mod frame;
 mod frequencies;
 mod groups;

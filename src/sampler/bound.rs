@@ -5,6 +5,7 @@ mod decompose;
 mod ellipsoid;
 mod fit;
 mod friends;
+mod linkage;
 mod union;
 
 pub(super) use cloud::Cloud;

@@ -46,7 +46,9 @@ impl NestedRun {
                 node = self.tree[i].parent;
             }
         }
-        births.iter_mut().for_each(|b| b.sort_by(f64::total_cmp));
+        for births in &mut births {
+            births.sort_by(f64::total_cmp);
+        }
         let mut n_born = vec![0; self.tree.len()];
         let mut n_dead = vec![0; self.tree.len()];
         let count = |dead: &super::DeadPoint| {

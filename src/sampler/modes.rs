@@ -74,7 +74,9 @@ impl NestedRun {
         let n_points = own.clone().count();
         let (log_z_strict, ..) = moments(own.map(|&(i, w)| (self.dead[i].log_l, w)));
         let (log_z, kl_nats, ess) = moments(points);
-        samples.iter_mut().for_each(|(_, w)| *w -= log_z);
+        for (_, w) in &mut samples {
+            *w -= log_z;
+        }
         let (mean, std) = self.mean_and_std(&samples);
         Some(ModeSummary {
             node,

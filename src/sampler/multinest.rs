@@ -282,7 +282,11 @@ impl MultiNest {
         sets.retain(|set| !set.is_empty());
         let clusters = refit(Self::problem(&self.config, &self.points, region), sets);
         let clusters = self.enlarge(clusters);
-        self.rebind(i, clusters);
+        if is_cube(&self.regions[i], total_log_volume(&clusters)) {
+            self.rebind(i, vec![]);
+        } else {
+            self.rebind(i, clusters);
+        }
     }
 
     /// Searches for clusters; splits the region where they form separate groups (if `may_split`).
@@ -290,11 +294,8 @@ impl MultiNest {
         let region = &self.regions[i];
         let problem = Self::problem(&self.config, &self.points, region);
         let clusters = self.enlarge(decompose(problem, region.slots()));
-        let total = clusters.iter().fold(f64::NEG_INFINITY, |sum, c| {
-            log_add(sum, c.ellipsoid.log_volume())
-        });
         self.regions[i].since_search = 0;
-        if region_is_cube(self.regions[i].node, total) {
+        if is_cube(&self.regions[i], total_log_volume(&clusters)) {
             self.rebind(i, vec![]);
             return false;
         }
@@ -486,9 +487,16 @@ impl MultiNest {
     }
 }
 
-/// The first mode may use the whole cube while its ellipsoids are no smaller.
-fn region_is_cube(node: usize, log_volume: f64) -> bool {
-    node == 0 && log_volume >= 0.0
+/// Whether a region is better drawn from the whole cube: its ellipsoids are no smaller.
+fn is_cube(region: &Region, log_volume: f64) -> bool {
+    region.node == 0 && log_volume >= 0.0
+}
+
+/// ln of the summed volume of the ellipsoids.
+fn total_log_volume(clusters: &[Cluster]) -> f64 {
+    clusters.iter().fold(f64::NEG_INFINITY, |sum, c| {
+        log_add(sum, c.ellipsoid.log_volume())
+    })
 }
 
 /// Expected ln of the volume fraction of `n` of `total` points: ψ(n) - ψ(total).

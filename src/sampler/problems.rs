@@ -9,6 +9,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
+type LogL = Box<dyn Fn(&[f64]) -> f64 + Send + Sync>;
+
 /// A likelihood with known evidence.
 pub struct Problem {
     /// What it is called in tables.
@@ -23,7 +25,7 @@ pub struct Problem {
     pub n_modes: usize,
     /// Modes whose place and local evidence are known.
     pub modes: Vec<KnownMode>,
-    log_l: Box<dyn Fn(&[f64]) -> f64 + Send + Sync>,
+    log_l: LogL,
 }
 
 /// Where a mode is and what evidence it holds.
@@ -126,7 +128,7 @@ pub fn loggamma(n_dim: usize) -> Problem {
         let (low, high) = (1.0 / 3.0, 2.0 / 3.0);
         let first = log_add(skewed(u[0], low), skewed(u[0], high)) - 2f64.ln();
         let second = log_add(normal(u[1], low), normal(u[1], high)) - 2f64.ln();
-        let n_skewed = (u.len() + 2) / 2;
+        let n_skewed = u.len() / 2 + 1;
         let factor = |(i, &x): (usize, &f64)| match i {
             0 | 1 => 0.0,
             i if i < n_skewed => skewed(x, high),

@@ -76,8 +76,16 @@ fn measure(problem: &Problem, n_live: usize, seed: u64) -> Option<Outcome> {
         }
         Err(RunError::Likelihood(never)) => match never {},
     };
-    let overhead = start.elapsed() - in_likelihood;
+    let overhead = start.elapsed().saturating_sub(in_likelihood);
     let evidence = result.evidence();
+    if std::env::var_os("V").is_some() {
+        println!(
+            "  {n_live} seed {seed}: calls {} dead {} modes {}",
+            result.n_eval,
+            result.dead.len(),
+            result.modes().len()
+        );
+    }
     let (found, spurious, local_pull, local_d) = found(problem, &result);
     Some(Outcome {
         d: evidence.log_z - problem.log_z,

@@ -39,19 +39,19 @@ struct Memory {
 }
 
 impl Memory {
-    fn new(mut bytes: Vec<u8>) -> Box<Self> {
-        Box::new(Self {
+    fn new(mut bytes: Vec<u8>) -> Self {
+        Self {
             start: bytes.as_mut_ptr().cast(),
             size: bytes.len(),
             bytes,
-        })
+        }
     }
 }
 
 impl MemoryFits {
     /// Opens a file held in `bytes` for reading, at its first extension.
     pub(super) fn open(bytes: Vec<u8>) -> Result<Self> {
-        let mut memory = Memory::new(bytes);
+        let mut memory = Box::new(Memory::new(bytes));
         let mut fits = ptr::null_mut();
         let mut status = 0;
         // SAFETY: `memory` is boxed and lives in `Self` next to the handle, so the two addresses
@@ -80,7 +80,7 @@ impl MemoryFits {
 
     /// Starts an empty file in a block of at most `max_bytes`.
     pub(super) fn create(max_bytes: usize) -> Result<Self> {
-        let mut memory = Memory::new(vec![0; max_bytes]);
+        let mut memory = Box::new(Memory::new(vec![0; max_bytes]));
         let mut fits = ptr::null_mut();
         let mut status = 0;
         // SAFETY: as in `open`; without a reallocation function CFITSIO stops at `size`.

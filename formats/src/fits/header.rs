@@ -155,11 +155,10 @@ impl Header {
 
     fn not_a(&self, kind: &str, key: &str, found: &Value) -> ReadError {
         let found = match found {
-            Value::Text(text) => format!("'{text}'"),
             Value::Integer(i) => i.to_string(),
             Value::Real(r) => r.to_string(),
             Value::Logical(l) => if *l { "T" } else { "F" }.to_owned(),
-            Value::Unreadable(text) => format!("'{text}'"),
+            Value::Text(text) | Value::Unreadable(text) => format!("'{text}'"),
         };
         self.place
             .malformed(key, format!("must be a {kind}, found {found}"))

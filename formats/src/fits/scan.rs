@@ -20,8 +20,6 @@ const MAX_COUNT: u64 = 999;
 pub(crate) struct Hdu {
     /// Its header.
     pub(crate) header: Header,
-    /// First byte of the header.
-    pub(crate) header_offset: u64,
     /// First byte of the data.
     pub(crate) data_offset: u64,
     /// Bytes of data, without padding.
@@ -111,7 +109,6 @@ fn read_hdu(whole: &Place, file: &mut File, offset: u64, index: usize) -> Result
     let axes = read_axes(&header)?;
     let data_bytes = data_bytes(&header, &axes, index)?;
     Ok(Hdu {
-        header_offset: offset,
         data_offset: offset + (blocks * BLOCK_BYTES) as u64,
         data_bytes,
         axes,

@@ -3,12 +3,12 @@
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 
+use super::BLOCK_BYTES;
 use super::card::{Cards, printable};
 use super::cfitsio::{CfitsioError, MemoryFits};
 use super::header::{Header, Place};
 use super::scan::Hdu;
 use super::tform::Tform;
-use super::{BLOCK_BYTES, padded};
 use crate::ReadError;
 
 /// Largest table that is read whole; real antenna and source tables are a thousandth of it.
@@ -46,19 +46,20 @@ impl<'a> Table<'a> {
         if hdu.header.text("XTENSION") != Some("BINTABLE") {
             return Err(place.malformed("XTENSION", "must be a BINTABLE"));
         }
-        let end = padded(hdu.data_bytes).map_or(0, |bytes| hdu.data_offset + bytes);
-        let bytes = end.saturating_sub(hdu.header_offset);
+        let bytes = hdu.data_bytes;
         if bytes > MAX_TABLE_BYTES {
             let what = format!("has {bytes} bytes, more than {MAX_TABLE_BYTES} are not read");
             return Err(place.unsupported("NAXIS2", what));
         }
-        let mut image = empty_primary();
-        file.seek(SeekFrom::Start(hdu.header_offset))
+        let mut image = clean_header(hdu)?;
+        let whole = image.len() + (bytes as usize).next_multiple_of(BLOCK_BYTES);
+        file.seek(SeekFrom::Start(hdu.data_offset))
             .map_err(|e| place.io(e))?;
         file.by_ref()
             .take(bytes)
             .read_to_end(&mut image)
             .map_err(|e| place.io(e))?;
+        image.resize(whole, 0);
         let row_bytes = hdu.axes[0];
         let n_row = if row_bytes == 0 {
             0
@@ -125,6 +126,9 @@ impl<'a> Table<'a> {
             return Err(place.malformed(name, what));
         }
         let mut texts = Vec::new();
+        if tform.repeat == 0 {
+            return Ok(None);
+        }
         for row in 0..self.n_row {
             let mut text = self
                 .fits
@@ -154,14 +158,47 @@ fn refused(place: &Place, at: &str, error: &CfitsioError) -> ReadError {
     place.malformed(at, error.0.clone())
 }
 
-/// A primary HDU without data, for a file that is only a table.
-fn empty_primary() -> Vec<u8> {
+/// The headers of a file that is only this table, written anew from what the scan has checked.
+///
+/// CFITSIO never sees the file's own header: of the many keywords that it acts upon, some divide
+/// by zero when they are wrong. Columns that are neither numbers nor text are declared as bytes.
+fn clean_header(hdu: &Hdu) -> Result<Vec<u8>, ReadError> {
+    let header = &hdu.header;
     let mut cards = Cards::default();
     cards.logical("SIMPLE", true, "");
     cards.integer("BITPIX", 8, "");
     cards.integer("NAXIS", 0, "");
     cards.logical("EXTEND", true, "");
-    cards.end()
+    let mut bytes = cards.end();
+
+    let n_column = header.need_count("TFIELDS")?;
+    let mut cards = Cards::default();
+    cards.text("XTENSION", "BINTABLE", "");
+    for (key, value) in [("BITPIX", 8), ("NAXIS", 2)] {
+        cards.integer(key, value, "");
+    }
+    cards.integer("NAXIS1", hdu.axes[0] as i64, "");
+    let n_row = if hdu.axes[0] == 0 { 0 } else { hdu.axes[1] };
+    cards.integer("NAXIS2", n_row as i64, "");
+    // What PCOUNT counts lies behind the rows, and is read as padding.
+    cards.integer("PCOUNT", header.need_count("PCOUNT")? as i64, "");
+    cards.integer("GCOUNT", 1, "");
+    cards.integer("TFIELDS", n_column as i64, "");
+    for i in 1..=n_column {
+        let key = format!("TFORM{i}");
+        let tform = header.text(&key).and_then(Tform::parse);
+        let tform = tform.ok_or_else(|| header.place.malformed(&key, "is no format"))?;
+        cards.text(&key, &tform.plain(), "");
+        if tform.is_number() {
+            for key in [format!("TSCAL{i}"), format!("TZERO{i}")] {
+                if let Some(value) = header.real(&key)? {
+                    cards.real(&key, value, "");
+                }
+            }
+        }
+    }
+    bytes.extend(cards.end());
+    Ok(bytes)
 }
 
 /// One column to be written.

@@ -41,6 +41,14 @@ impl Tform {
         self.repeat.checked_mul(unit)
     }
 
+    /// The format as a plain `rT`, types that are not read here as bytes.
+    pub(crate) fn plain(self) -> String {
+        if self.is_number() || self.letter == b'A' {
+            return format!("{}{}", self.repeat, self.letter as char);
+        }
+        format!("{}B", self.bytes().unwrap_or(0))
+    }
+
     /// Whether a cell holds numbers that an `f64` can stand for.
     pub(crate) fn is_number(self) -> bool {
         b"BIJKED".contains(&self.letter)
@@ -66,5 +74,16 @@ mod tests {
         assert_eq!(bytes("1Z"), None);
         assert_eq!(bytes("1J7"), None);
         assert_eq!(bytes(""), None);
+    }
+
+    #[test]
+    fn plain_formats_are_as_wide_as_their_originals() {
+        for text in [
+            "8A", "8A0", "3D", "D", "9X", "1PE(20)", "2QD", "3C", "4L", "0J",
+        ] {
+            let tform = Tform::parse(text).unwrap();
+            let plain = Tform::parse(&tform.plain()).unwrap();
+            assert_eq!(plain.bytes(), tform.bytes(), "{text}");
+        }
     }
 }

@@ -5,6 +5,12 @@ pub(super) const MJD_ZERO_JD: f64 = 2_400_000.5;
 /// Modified Julian date of 1970-01-01.
 const UNIX_EPOCH_MJD: i64 = 40_587;
 
+/// Turns of the Earth in a solar day [deg], sidereal.
+///
+/// # Source
+/// IERS Conventions (2010), section 5.5.3: 360 · 1.002 737 909 350 795.
+pub(super) const DEG_PER_DAY: f64 = 360.985_647_366_286_2;
+
 /// A sum that loses nothing to the order or the size of its terms.
 ///
 /// The parts of a DATE are 2.4 million days, a day and a microsecond, in any order.
@@ -107,8 +113,10 @@ mod tests {
         let terms = [2.453_901_5e6, 0.25, 1e-12, -MJD_ZERO_JD];
         let mut there = CarefulSum::default();
         let mut back = CarefulSum::default();
-        terms.iter().for_each(|&t| there.add(t));
-        terms.iter().rev().for_each(|&t| back.add(t));
+        for i in 0..terms.len() {
+            there.add(terms[i]);
+            back.add(terms[terms.len() - 1 - i]);
+        }
         assert_eq!(there.total(), 53_901.25 + 1e-12);
         assert_eq!(there.total(), back.total());
     }

@@ -98,6 +98,11 @@ impl Layout {
         })
     }
 
+    /// Bytes of a group's parameters.
+    pub(super) fn parameter_bytes(&self) -> usize {
+        self.n_param * self.element.bytes()
+    }
+
     /// Raw parameter `at` of a group.
     pub(super) fn parameter(&self, group: &[u8], at: usize) -> f64 {
         self.element.get(group, at)

@@ -8,9 +8,10 @@ use super::antennas::{Antennas, ArrayHeader};
 use super::axes::Axes;
 use super::baseline::{self, Pair};
 use super::date;
+use super::direction;
 use super::frequencies::Frequencies;
 use super::groups::Layout;
-use super::parameters::{Parameters, Projection, from_ncp};
+use super::parameters::{Parameters, Projection, Quantity, from_ncp};
 use super::sources::Sources;
 use crate::fits::header::{Header, Place};
 use crate::fits::scan::{self, Hdu};
@@ -18,6 +19,9 @@ use crate::{Observation, ReadError, VisChunk, VisReader};
 
 /// Bytes read from the file at a time (at least one group).
 const BUFFER_BYTES: usize = 1 << 20;
+
+/// Rows looked at to tell which way the baselines run.
+const DIRECTION_ROWS: u64 = 64;
 
 /// Reads a UVFITS file.
 ///
@@ -36,6 +40,17 @@ pub struct UvfitsReader {
     next_row: u64,
     buffer: Vec<u8>,
     odd: OddSamples,
+}
+
+/// A row without its visibilities.
+#[derive(Debug, Clone, Copy)]
+struct RowHead {
+    uvw_m: [f64; 3],
+    time_mjd: f64,
+    interval_s: f64,
+    ants: [u32; 2],
+    field: u32,
+    freq_setup: u32,
 }
 
 /// Samples that were flagged for not being finite.
@@ -96,6 +111,7 @@ impl UvfitsReader {
             buffer: Vec::new(),
             odd: OddSamples::default(),
         };
+        reader.judge_direction()?;
         reader.rewind()?;
         Ok(reader)
     }
@@ -103,21 +119,35 @@ impl UvfitsReader {
     /// Appends one group to the chunk.
     fn append(&mut self, group: &[u8], chunk: &mut VisChunk) -> Result<(), ReadError> {
         let row = self.next_row;
+        let head = self.head(row, group)?;
+        chunk.uvw_m_r.push(head.uvw_m);
+        chunk.time_mjd_r.push(head.time_mjd);
+        chunk.interval_s_r.push(head.interval_s);
+        chunk.ant1_r.push(head.ants[0]);
+        chunk.ant2_r.push(head.ants[1]);
+        chunk.field_r.push(head.field);
+        chunk.freq_setup_r.push(head.freq_setup);
+        let n_odd = self.layout.append_data(group, chunk);
+        chunk.n_row += 1;
+        if n_odd > 0 && self.odd.count == 0 {
+            self.odd.first_row = row;
+        }
+        self.odd.count += n_odd;
+        self.next_row += 1;
+        Ok(())
+    }
+
+    /// What the parameters of a group say; `group` need not hold more than them.
+    fn head(&self, row: u64, group: &[u8]) -> Result<RowHead, ReadError> {
         let raw = |at| self.layout.parameter(group, at);
         let parameters = &self.parameters;
         let pair = self.pair(row, raw)?;
-        let field = match parameters.source.is_there() {
-            true => self.look_up(row, "SOURCE", &parameters.source.value(raw), |n| {
-                self.sources.find(n)
-            })?,
-            false => 0,
-        };
-        let setup = match parameters.freq_sel.is_there() {
-            true => self.look_up(row, "FREQSEL", &parameters.freq_sel.value(raw), |n| {
-                self.frequencies.find(n)
-            })?,
-            false => 0,
-        };
+        let field = self.index(row, "SOURCE", &parameters.source, raw, |n| {
+            self.sources.find(n)
+        })?;
+        let freq_setup = self.index(row, "FREQSEL", &parameters.freq_sel, raw, |n| {
+            self.frequencies.find(n)
+        })?;
         let mut uvw_m = [0, 1, 2].map(|d| parameters.uvw[d].value(raw) * parameters.uvw_to_m);
         if parameters.projection == Projection::Ncp {
             uvw_m = from_ncp(uvw_m, self.sources.fields[field as usize].dec_rad);
@@ -131,27 +161,48 @@ impl UvfitsReader {
         }
         let interval_s = parameters.int_time.value(raw);
         let known = parameters.int_time.is_there() && interval_s.is_finite() && interval_s > 0.0;
+        Ok(RowHead {
+            uvw_m,
+            time_mjd,
+            interval_s: if known { interval_s } else { f64::NAN },
+            ants: [
+                self.antenna(row, pair.subarray, pair.ant1)?,
+                self.antenna(row, pair.subarray, pair.ant2)?,
+            ],
+            field,
+            freq_setup,
+        })
+    }
 
-        chunk.uvw_m_r.push(uvw_m);
-        chunk.time_mjd_r.push(time_mjd);
-        chunk
-            .interval_s_r
-            .push(if known { interval_s } else { f64::NAN });
-        chunk
-            .ant1_r
-            .push(self.antenna(row, pair.subarray, pair.ant1)?);
-        chunk
-            .ant2_r
-            .push(self.antenna(row, pair.subarray, pair.ant2)?);
-        chunk.field_r.push(field);
-        chunk.freq_setup_r.push(setup);
-        let n_odd = self.layout.append_data(group, chunk);
-        chunk.n_row += 1;
-        if n_odd > 0 && self.odd.count == 0 {
-            self.odd.first_row = row;
+    /// Sets some rows' coordinates against the antenna positions, and warns where they disagree.
+    fn judge_direction(&mut self) -> Result<(), ReadError> {
+        let n_row = self.observation.n_row;
+        let mut evidence = Vec::new();
+        let mut group = vec![0; self.layout.parameter_bytes()];
+        for row in (0..n_row).step_by(n_row.div_ceil(DIRECTION_ROWS) as usize) {
+            let at = self.data_offset + row * self.layout.group_bytes as u64;
+            self.file
+                .seek(SeekFrom::Start(at))
+                .map_err(|e| self.place.io(e))?;
+            self.file
+                .read_exact(&mut group)
+                .map_err(|e| self.place.io(e))?;
+            // A row that is wrong is an error when its turn comes.
+            if let Ok(head) = self.head(row, &group) {
+                let field = &self.sources.fields[head.field as usize];
+                let positions_m = head.ants.map(|ant| self.antennas.list[ant as usize].itrf_m);
+                let centre_rad = (field.ra_rad, field.dec_rad);
+                evidence.extend(direction::compare(
+                    head.uvw_m,
+                    positions_m,
+                    head.time_mjd,
+                    centre_rad,
+                ));
+            }
         }
-        self.odd.count += n_odd;
-        self.next_row += 1;
+        self.observation
+            .warnings
+            .extend(direction::verdict(&evidence));
         Ok(())
     }
 
@@ -159,11 +210,11 @@ impl UvfitsReader {
     fn pair(&self, row: u64, raw: impl Fn(usize) -> f64 + Copy) -> Result<Pair, ReadError> {
         let parameters = &self.parameters;
         if parameters.has_antenna_pair() {
-            let subarray = match parameters.subarray.is_there() {
-                true => self
-                    .whole(row, "SUBARRAY", parameters.subarray.value(raw))?
-                    .max(1),
-                false => 1,
+            let subarray = if parameters.subarray.is_there() {
+                self.whole(row, "SUBARRAY", parameters.subarray.value(raw))?
+                    .max(1)
+            } else {
+                1
             };
             return Ok(Pair {
                 subarray,
@@ -189,14 +240,19 @@ impl UvfitsReader {
         ))
     }
 
-    /// The index of a number that a row names in a table.
-    fn look_up(
+    /// Where in its table stands the number that a row gives; the first where rows give none.
+    fn index(
         &self,
         row: u64,
         name: &str,
-        value: &f64,
+        quantity: &Quantity,
+        raw: impl Fn(usize) -> f64,
         find: impl Fn(i64) -> Option<u32>,
     ) -> Result<u32, ReadError> {
+        if !quantity.is_there() {
+            return Ok(0);
+        }
+        let value = quantity.value(raw);
         let known = if value.is_finite() {
             find(value.round() as i64)
         } else {

@@ -10,12 +10,6 @@ use crate::fits::card::{Cards, printable};
 use crate::fits::table::{Cells, Column, table_bytes};
 use crate::{Corr, Frame, Observation, TimeScale};
 
-/// Turns of the Earth in a solar day [deg], sidereal.
-///
-/// # Source
-/// IERS Conventions (2010), section 5.5.3: 360 · 1.002 737 909 350 795.
-const DEG_PER_DAY: f64 = 360.985_647_366_286_2;
-
 /// The tables as the bytes of their HDUs; the antennas last.
 pub(super) fn all(observation: &Observation, plan: &Plan, day_mjd: f64) -> Result<Vec<u8>, String> {
     let mut bytes = frequencies(observation, plan)?;
@@ -208,7 +202,7 @@ fn antenna_cards(observation: &Observation, plan: &Plan, day_mjd: f64) -> Cards 
         earth.gst0_deg.unwrap_or(mean_deg),
         "deg, sidereal time at 0 h of RDATE",
     );
-    cards.real("DEGPDY", DEG_PER_DAY, "deg/day");
+    cards.real("DEGPDY", date::DEG_PER_DAY, "deg/day");
     cards.real("FREQ", plan.ref_hz, "Hz");
     cards.text("RDATE", &day, "");
     cards.real("POLARX", polar_arcsec[0], "arcsec");

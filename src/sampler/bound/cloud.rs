@@ -44,18 +44,20 @@ impl Moments {
     /// Moments of the points `index`.
     pub(super) fn of(cloud: Cloud, index: &[usize]) -> Self {
         let mut moments = Self::about(cloud.row(index[0]));
-        index.iter().for_each(|&i| moments.add(cloud.row(i)));
+        for &i in index {
+            moments.add(cloud.row(i));
+        }
         moments
     }
 
     pub(super) fn add(&mut self, u: &[f64]) {
         self.n += 1;
         let mut k = 0;
-        for i in 0..u.len() {
-            let x = u[i] - self.origin[i];
+        for (i, (u_i, origin_i)) in u.iter().zip(&self.origin).enumerate() {
+            let x = u_i - origin_i;
             self.sum[i] += x;
-            for j in 0..=i {
-                self.outer[k] += x * (u[j] - self.origin[j]);
+            for (u_j, origin_j) in u[..=i].iter().zip(&self.origin) {
+                self.outer[k] += x * (u_j - origin_j);
                 k += 1;
             }
         }

@@ -176,7 +176,11 @@ fn exceeds_one(f: impl Fn(f64) -> f64) -> bool {
 
 /// ln of the volume of the unit ball: V(d) = V(d-2) 2π/d.
 fn log_unit_ball_volume(n_dim: usize) -> f64 {
-    let start = if n_dim % 2 == 0 { 0.0 } else { 2f64.ln() };
+    let start = if n_dim.is_multiple_of(2) {
+        0.0
+    } else {
+        2f64.ln()
+    };
     (n_dim % 2 + 2..=n_dim).step_by(2).fold(start, |sum, d| {
         sum + (std::f64::consts::TAU / d as f64).ln()
     })

@@ -72,7 +72,7 @@ pub(super) fn part_by_scale(
 }
 
 /// Coordinates `dims` of the points in units of their covariance.
-fn whiten(cloud: Cloud, index: &[usize], dims: &[usize]) -> Vec<f64> {
+pub(super) fn whiten(cloud: Cloud, index: &[usize], dims: &[usize]) -> Vec<f64> {
     let pick = |i: usize| dims.iter().map(move |&d| cloud.row(i)[d]);
     let flat: Vec<f64> = index.iter().flat_map(|&i| pick(i)).collect();
     let part = Cloud {

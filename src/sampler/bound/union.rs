@@ -23,7 +23,9 @@ impl Union {
                 sum
             })
             .collect();
-        cumulative.iter_mut().for_each(|x| *x /= sum);
+        for x in &mut cumulative {
+            *x /= sum;
+        }
         Self {
             ellipsoids,
             cumulative,
@@ -42,7 +44,7 @@ impl Union {
     /// (FHB09 section 5.3), and a point outside the unit cube is not kept.
     pub(in crate::sampler) fn draw(&self, rng: &mut impl Rng, u: &mut [f64]) -> Option<usize> {
         if self.ellipsoids.is_empty() {
-            u.iter_mut().for_each(|x| *x = rng.random());
+            u.fill_with(|| rng.random());
             return Some(0);
         }
         let choice: f64 = rng.random();

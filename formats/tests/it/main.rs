@@ -1,0 +1,12 @@
+//! The crate's formats from the outside: whole files in, whole files out.
+
+// Helpers outside of test functions are tests too.
+#![allow(clippy::unwrap_used)]
+
+mod dialects;
+mod fixtures;
+mod made;
+mod real;
+mod round_trip;
+mod support;
+mod writing;

@@ -1,0 +1,83 @@
+#!/usr/bin/env python3
+"""Time reading a UVFITS file, ours against pyuvdata's.
+
+    bench_uvfits.py FILE.uvfits [--megabytes 300]
+
+The groups of FILE are repeated until the file has the size wanted. Both readers run in processes
+of their own with the file in the page cache; the fastest of five passes counts for us, of three
+for pyuvdata (metadata checks off). Build first: `cargo build --release -p vis2cat-formats --examples`.
+"""
+
+import argparse
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+BLOCK = 2880
+
+THEIRS = """
+import json, resource, sys, time, warnings
+warnings.simplefilter("ignore")
+from pyuvdata import UVData
+best = 1e9
+for _ in range(3):
+    start = time.perf_counter()
+    uv = UVData()
+    uv.read_uvfits(sys.argv[1], run_check=False, fix_old_proj=False)
+    best = min(best, time.perf_counter() - start)
+peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+print(json.dumps({"seconds": best, "rows": int(uv.Nblts), "peak_mb": peak}))
+"""
+
+
+def inflate(source, target, wanted_bytes):
+    """Repeats the groups of a file."""
+    raw = source.read_bytes()
+    cards = [raw[i:i + 80] for i in range(0, len(raw), 80)]
+    n_card = next(i for i, card in enumerate(cards) if card[:8] == b"END     ")
+    value = {c[:8].decode().strip(): c[10:30].decode().strip() for c in cards[:n_card]
+             if c[8:10] == b"= "}
+    n_axis = int(value["NAXIS"])
+    size = int(value["PCOUNT"])
+    data = 1
+    for i in range(2, n_axis + 1):
+        data *= int(value[f"NAXIS{i}"])
+    n_group = int(value["GCOUNT"])
+    n_byte = abs(int(value["BITPIX"])) // 8 * (size + data) * n_group
+    start = -(-(n_card + 1) * 80 // BLOCK) * BLOCK
+    after = start + -(-n_byte // BLOCK) * BLOCK
+    times = max(1, wanted_bytes // n_byte)
+    head = bytearray(raw[:start])
+    at = head.index(b"GCOUNT  =")
+    head[at + 10:at + 30] = f"{n_group * times:>20}".encode()
+    with target.open("wb") as out:
+        out.write(head)
+        for _ in range(times):
+            out.write(raw[start:start + n_byte])
+        out.write(bytes(-(n_byte * times) % BLOCK))
+        out.write(raw[after:])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("file", type=pathlib.Path)
+    parser.add_argument("--megabytes", type=int, default=300)
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        big = pathlib.Path(folder) / "big.uvfits"
+        inflate(arguments.file, big, arguments.megabytes * 10**6)
+        run = lambda *command: json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+        ours = run(ROOT / "target/release/examples/read_speed", big)
+        theirs = run(sys.executable, "-c", THEIRS, big)
+    assert ours["rows"] == theirs["rows"]
+    print(f"{arguments.file.name}: {ours['bytes'] / 1e6:.0f} MB, {ours['rows']} rows")
+    print(f"ours     {ours['seconds']:.3f} s, {ours['mb_per_s']:.0f} MB/s, peak {ours['peak_mb']:.0f} MB")
+    print(f"pyuvdata {theirs['seconds']:.3f} s, peak {theirs['peak_mb']:.0f} MB, "
+          f"{theirs['seconds'] / ours['seconds']:.0f} times as long")
+
+
+if __name__ == "__main__":
+    main()
