@@ -68,6 +68,7 @@ pub(super) fn explore(
     let mut queue = targets.into_iter().enumerate();
     let mut active: Vec<Active> = Vec::new();
     let (mut n_eval, mut n_done) = (0, 0);
+    let mut n_pass = 0;
     loop {
         for (index, target) in queue.by_ref().take(IN_FLIGHT - active.len()) {
             let sampler = factory(target.sampler).map_err(|e| in_region(&target.region, e))?;
@@ -85,9 +86,16 @@ pub(super) fn explore(
         active = going_on.into_iter().map(|(region, _)| region).collect();
         n_done += finished.len() as u64;
         for (Active { index, target, sampler }, _) in finished {
+            tracing::debug!("region {index}: {:?}", sampler.progress());
             done(Explored { index, region: target.region, run: sampler.finish() });
         }
         observer.advance(n_done, n_eval);
+        n_pass += 1;
+        if n_pass % 200 == 0 {
+            for a in &active {
+                tracing::debug!("region {} after {n_pass}: {:?}", a.index, a.sampler.progress());
+            }
+        }
     }
 }
 
