@@ -25,7 +25,9 @@ const DIRECTION_ROWS: u64 = 64;
 
 /// Reads a UVFITS file.
 ///
-/// Holds one buffer of about a megabyte, or of one group where that is longer.
+/// Holds one buffer of about a megabyte, or of one group where that is longer. Without INTTIM the
+/// integration times are NaN. After an error the chunk is empty and the place in the file is not
+/// known: [`rewind`](VisReader::rewind) before reading on.
 #[derive(Debug)]
 pub struct UvfitsReader {
     file: File,
@@ -301,7 +303,7 @@ impl VisReader for UvfitsReader {
         let left = self.observation.n_row - self.next_row;
         let wanted = usize::try_from(left)
             .unwrap_or(usize::MAX)
-            .min(chunk.max_row);
+            .min(chunk.max_row.max(1));
         let mut buffer = std::mem::take(&mut self.buffer);
         let mut result = Ok(wanted);
         while chunk.n_row < wanted && result.is_ok() {

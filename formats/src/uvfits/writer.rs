@@ -15,6 +15,11 @@ use crate::{Observation, VisChunk, VisWriter, WriteError};
 /// Bytes gathered before each write.
 const BUFFER_BYTES: usize = 1 << 20;
 
+/// Times beyond this have no calendar day [day].
+const MAX_MJD: f64 = 1e6;
+/// Coordinates beyond this are mistakes: the Moon is at 4e8 m.
+const MAX_UVW_M: f64 = 1e15;
+
 /// Writes a UVFITS file.
 ///
 /// Rows go to a hidden file beside the target, which takes the target's name in
@@ -203,13 +208,16 @@ impl UvfitsWriter {
                 return Err(format!("row {at}: {what} {} of {len}", values[row]));
             }
         }
-        let finite = |row: &usize| {
-            chunk.time_mjd_r[*row].is_finite() && chunk.uvw_m_r[*row].iter().all(|x| x.is_finite())
+        let sound = |row: &usize| {
+            chunk.time_mjd_r[*row].abs() < MAX_MJD
+                && chunk.uvw_m_r[*row].iter().all(|x| x.abs() < MAX_UVW_M)
         };
-        match (0..n_row).find(|row| !finite(row)) {
+        match (0..n_row).find(|row| !sound(row)) {
             Some(row) => Err(format!(
-                "row {}: the time or a coordinate is not finite",
-                self.n_row + row as u64 + 1
+                "row {}: MJD {} or (u, v, w) {:?} m cannot be",
+                self.n_row + row as u64 + 1,
+                chunk.time_mjd_r[row],
+                chunk.uvw_m_r[row]
             )),
             None => Ok(()),
         }

@@ -126,6 +126,14 @@ fn what_does_not_fit_is_refused_in_words() {
     let mut writer = UvfitsWriter::create(&path, &good, false).unwrap();
     let error = writer.write_chunk(&rows).unwrap_err().to_string();
     assert!(error.ends_with("row 5: antenna 99 of 5"), "{error}");
+    for bad in [f64::NAN, f64::INFINITY, 1e300] {
+        let mut rows = chunk(&shape);
+        rows.time_mjd_r[2] = bad;
+        assert!(writer.write_chunk(&rows).is_err());
+        let mut rows = chunk(&shape);
+        rows.uvw_m_r[2][1] = bad;
+        assert!(writer.write_chunk(&rows).is_err());
+    }
     let empty = Box::new(writer).finish().unwrap_err().to_string();
     assert!(
         empty.ends_with("no row was written; UVFITS cannot be empty"),
