@@ -127,8 +127,8 @@ fn nearest(sorted: &[f64], k: usize, i: usize) -> [(f64, usize); NEIGHBOUR] {
     nearest
 }
 
-/// Visits the neighbours of point `i` along the first axis, both ways, until that axis alone
-/// exceeds the limit, which `visit(j, distance², limit)` returns anew.
+/// Visits the neighbours of point `i` along the first axis, one way and then the other, until
+/// that axis alone exceeds the limit, which `visit(j, distance², limit)` returns anew.
 fn sweep(
     sorted: &[f64],
     k: usize,
@@ -137,37 +137,21 @@ fn sweep(
     mut visit: impl FnMut(usize, f64, f64) -> f64,
 ) {
     let here = &sorted[i * k..(i + 1) * k];
-    let n = sorted.len() / k;
-    let distance2 = |j: usize| -> f64 {
+    let mut step = |j: usize| {
         let there = &sorted[j * k..(j + 1) * k];
-        here.iter().zip(there).map(|(a, b)| (a - b) * (a - b)).sum()
-    };
-    let along = |j: usize| (sorted[j * k] - here[0]).powi(2);
-    let (mut left, mut right) = (i, i + 1);
-    loop {
-        let to_left = if left > 0 {
-            along(left - 1)
-        } else {
-            f64::INFINITY
-        };
-        let to_right = if right < n {
-            along(right)
-        } else {
-            f64::INFINITY
-        };
-        let nearer = to_left.min(to_right);
-        if nearer > limit || nearer == f64::INFINITY {
-            return;
+        let mut d2 = (there[0] - here[0]).powi(2);
+        if d2 > limit {
+            return false;
         }
-        let j = if to_left <= to_right {
-            left -= 1;
-            left
-        } else {
-            right += 1;
-            right - 1
-        };
-        limit = visit(j, distance2(j), limit);
-    }
+        for (a, b) in here[1..].iter().zip(&there[1..]) {
+            d2 += (a - b) * (a - b);
+        }
+        limit = visit(j, d2, limit);
+        true
+    };
+    let n = sorted.len() / k;
+    let _ = (i + 1..n).all(&mut step);
+    let _ = (0..i).rev().all(&mut step);
 }
 
 /// The parts as sets of the caller's indices.
