@@ -19,6 +19,9 @@ use rand_distr::{Distribution, Exp1, Gamma};
 /// Simulated volume histories: the error of the error is 4%.
 const N_SIMULATIONS: usize = 300;
 
+/// ln of a term, against the largest expected one, that no sum will notice.
+const NEGLIGIBLE: f64 = -60.0;
+
 /// Evidence of a run and what its posterior amounts to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
@@ -67,7 +70,11 @@ impl NestedRun {
 
     /// Expected ln of the posterior weight w L of each dead point, not normalised.
     pub fn log_weights(&self) -> Vec<f64> {
-        Volumes::of(self).log_weights(self, &mut Expected)
+        let mut log_w = vec![f64::NEG_INFINITY; self.dead.len()];
+        Volumes::of(self).visit(self, &mut Expected, |i, log_x, part| {
+            log_w[i] = log_x + part.ln() + self.dead[i].log_l;
+        });
+        log_w
     }
 
     /// Evidence, its error, information and effective sample size.
@@ -194,9 +201,14 @@ impl Volumes {
         }
     }
 
-    /// ln(w L) of every dead point under one history of shrinkages.
-    fn log_weights(&self, run: &NestedRun, shrinkage: &mut impl Shrinkage) -> Vec<f64> {
-        let mut log_w = vec![f64::NEG_INFINITY; run.dead.len()];
+    /// Visits every dead point under one history of shrinkages: its index, ln X before it died, and the
+    /// part of X that is its weight.
+    fn visit(
+        &self,
+        run: &NestedRun,
+        shrinkage: &mut impl Shrinkage,
+        mut visit: impl FnMut(usize, f64, f64),
+    ) {
         let mut log_x = vec![0.0; run.tree.len()];
         for node in 0..run.tree.len() {
             let mut here = log_x[node];
@@ -204,8 +216,7 @@ impl Volumes {
             for (k, &i) in self.order[node].iter().enumerate() {
                 let last = is_leaf && k + 1 == self.order[node].len();
                 let log_t = shrinkage.log_t(self.n_live[i]);
-                let log_part = if last { 0.0 } else { (-log_t.exp_m1()).ln() };
-                log_w[i] = here + log_part + run.dead[i].log_l;
+                visit(i, here, if last { 1.0 } else { -log_t.exp_m1() });
                 here += log_t;
             }
             let n_split: Vec<_> = self.children[node]
@@ -217,7 +228,6 @@ impl Volumes {
                 log_x[child] = here + share;
             }
         }
-        log_w
     }
 }
 
@@ -244,26 +254,20 @@ impl Simulated {
             strict: vec![Vec::with_capacity(N_SIMULATIONS); n_modes],
         };
         for _ in 0..N_SIMULATIONS {
-            let log_w = volumes.log_weights(run, &mut drawn);
             let mut sums = vec![[0.0; 2]; n_modes];
-            for (dead, w) in run.dead.iter().zip(log_w) {
-                if w == f64::NEG_INFINITY {
-                    continue;
+            volumes.visit(run, &mut drawn, |i, log_x, part| {
+                let dead = &run.dead[i];
+                let log_term = log_x + dead.log_l - scale[dead.leaf];
+                if log_term > NEGLIGIBLE {
+                    let term = part * log_term.exp();
+                    sums[dead.leaf][0] += term;
+                    sums[dead.leaf][1] += if dead.leaf == dead.mode { term } else { 0.0 };
                 }
-                let term = (w - scale[dead.leaf]).exp();
-                sums[dead.leaf][0] += term;
-                sums[dead.leaf][1] += if dead.leaf == dead.mode { term } else { 0.0 };
-            }
+            });
             for (mode, [shared, strict]) in sums.into_iter().enumerate() {
                 simulated.shared[mode].push(shared.ln() + scale[mode]);
                 simulated.strict[mode].push(strict.ln() + scale[mode]);
             }
-        }
-        for values in simulated.shared.iter_mut().chain(&mut simulated.strict) {
-            values
-                .iter_mut()
-                .filter(|x| x.is_nan())
-                .for_each(|x| *x = f64::NEG_INFINITY);
         }
         simulated
     }

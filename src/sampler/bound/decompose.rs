@@ -31,6 +31,9 @@ pub(in crate::sampler) struct Decomposition<'a> {
 /// halves are no smaller. 2 in the paper; ellipsoids of few points are larger here.
 const WASTEFUL: f64 = 3.0;
 
+/// ln of the volume (against the share) below which a set is not split: there is little to save.
+const TIDY: f64 = 0.4;
+
 /// Rounds of parting by the typical covariance; each may make it smaller.
 const MAX_ROUNDS: usize = 8;
 
@@ -167,7 +170,7 @@ impl Decomposition<'_> {
         let log_whole = whole.ellipsoid.log_volume();
         let excess = log_whole - share;
         let smallest = 2 * (self.cloud.n_dim + 2);
-        if whole.index.len() < smallest || excess < 0.1 {
+        if whole.index.len() < smallest || excess < TIDY {
             return vec![whole];
         }
         let Some(halves) = two_parts(self.cloud, &whole) else {

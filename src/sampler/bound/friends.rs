@@ -29,17 +29,37 @@ pub(super) fn friends_of_friends(cloud: Cloud, index: &[usize], dims: &[usize]) 
         .flat_map(|&i| &z[i * k..(i + 1) * k])
         .copied()
         .collect();
-    let mut sets = Sets::new(order.len());
-    for i in 0..order.len() {
-        let reach2 = REACH2 * scale2(&sorted, k, i);
-        sweep(&sorted, k, i, reach2, |j, d2, limit| {
+    collect(&mut link(&sorted, k), &order, index)
+}
+
+/// Sets of friends among points sorted along their first axis.
+///
+/// Nearest neighbours are joined first: mostly they leave few sets, and the wide sweeps stop as soon
+/// as there is one.
+fn link(sorted: &[f64], k: usize) -> Sets {
+    let n = sorted.len() / k;
+    let mut sets = Sets::new(n);
+    let mut n_sets = n;
+    let mut scale2 = Vec::with_capacity(n);
+    for i in 0..n {
+        let nearest = nearest(sorted, k, i);
+        for (_, j) in nearest {
+            n_sets -= usize::from(sets.join(i, j));
+        }
+        scale2.push(nearest[NEIGHBOUR - 1].0);
+    }
+    for (i, scale2) in scale2.into_iter().enumerate() {
+        if n_sets == 1 {
+            break;
+        }
+        sweep(sorted, k, i, REACH2 * scale2, |j, d2, limit| {
             if d2 <= limit {
-                sets.join(i, j);
+                n_sets -= usize::from(sets.join(i, j));
             }
             limit
         });
     }
-    collect(&mut sets, &order, index)
+    sets
 }
 
 /// Parts of a few points by single linkage at a scale given from outside: the dimensions `dims` of a
@@ -92,21 +112,23 @@ pub(super) fn whiten(cloud: Cloud, index: &[usize], dims: &[usize]) -> Vec<f64> 
     }
 }
 
-/// Squared distance to the `NEIGHBOUR`th neighbour.
-fn scale2(sorted: &[f64], k: usize, i: usize) -> f64 {
-    let mut nearest = [f64::INFINITY; NEIGHBOUR];
-    sweep(sorted, k, i, f64::INFINITY, |_, d2, _| {
-        if d2 < nearest[NEIGHBOUR - 1] {
-            nearest[NEIGHBOUR - 1] = d2;
-            nearest.sort_by(f64::total_cmp);
+/// The nearest neighbours of a point: squared distance and position, ascending.
+fn nearest(sorted: &[f64], k: usize, i: usize) -> [(f64, usize); NEIGHBOUR] {
+    let mut nearest = [(f64::INFINITY, i); NEIGHBOUR];
+    sweep(sorted, k, i, f64::INFINITY, |j, d2, _| {
+        let mut new = (d2, j);
+        for old in &mut nearest {
+            if new.0 < old.0 {
+                std::mem::swap(old, &mut new);
+            }
         }
-        nearest[NEIGHBOUR - 1]
+        nearest[NEIGHBOUR - 1].0
     });
-    nearest[NEIGHBOUR - 1]
+    nearest
 }
 
-/// Visits the neighbours of point `i` along the first axis, both ways, until that axis alone
-/// exceeds the limit, which `visit(j, distance², limit)` returns anew.
+/// Visits the neighbours of point `i` along the first axis, one way and then the other, until
+/// that axis alone exceeds the limit, which `visit(j, distance², limit)` returns anew.
 fn sweep(
     sorted: &[f64],
     k: usize,
@@ -115,37 +137,21 @@ fn sweep(
     mut visit: impl FnMut(usize, f64, f64) -> f64,
 ) {
     let here = &sorted[i * k..(i + 1) * k];
-    let n = sorted.len() / k;
-    let distance2 = |j: usize| -> f64 {
+    let mut step = |j: usize| {
         let there = &sorted[j * k..(j + 1) * k];
-        here.iter().zip(there).map(|(a, b)| (a - b) * (a - b)).sum()
-    };
-    let along = |j: usize| (sorted[j * k] - here[0]).powi(2);
-    let (mut left, mut right) = (i, i + 1);
-    loop {
-        let to_left = if left > 0 {
-            along(left - 1)
-        } else {
-            f64::INFINITY
-        };
-        let to_right = if right < n {
-            along(right)
-        } else {
-            f64::INFINITY
-        };
-        let nearer = to_left.min(to_right);
-        if nearer > limit || nearer == f64::INFINITY {
-            return;
+        let mut d2 = (there[0] - here[0]).powi(2);
+        if d2 > limit {
+            return false;
         }
-        let j = if to_left <= to_right {
-            left -= 1;
-            left
-        } else {
-            right += 1;
-            right - 1
-        };
-        limit = visit(j, distance2(j), limit);
-    }
+        for (a, b) in here[1..].iter().zip(&there[1..]) {
+            d2 += (a - b) * (a - b);
+        }
+        limit = visit(j, d2, limit);
+        true
+    };
+    let n = sorted.len() / k;
+    let _ = (i + 1..n).all(&mut step);
+    let _ = (0..i).rev().all(&mut step);
 }
 
 /// The parts as sets of the caller's indices.
@@ -192,10 +198,12 @@ impl Sets {
         i
     }
 
-    /// The smaller root stays, so the result does not depend on the order of joins.
-    pub(super) fn join(&mut self, a: usize, b: usize) {
+    /// Joins the sets of two elements; false if they were one already. The smaller root stays, so
+    /// the result does not depend on the order of joins.
+    pub(super) fn join(&mut self, a: usize, b: usize) -> bool {
         let (a, b) = (self.find(a), self.find(b));
         self.0[a.max(b)] = a.min(b);
+        a != b
     }
 
     /// Elements of each set, sets in the order of their first element.
