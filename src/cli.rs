@@ -113,7 +113,7 @@ struct Flags {
     /// Sampler [default: multinest]
     #[arg(long, value_enum)]
     sampler: Option<SamplerKind>,
-    /// Live points of each tile [default: 400; 8000 with --tiles 1]
+    /// Live points of each tile [default: 200; 8000 with --tiles 1]
     #[arg(long, value_name = "N")]
     n_live: Option<usize>,
     /// Sampling efficiency [default: 0.8]
@@ -125,6 +125,9 @@ struct Flags {
     /// Largest side of a tile
     #[arg(long, value_name = "ANGLE")]
     tile_size: Option<Angle>,
+    /// Search every tile, also those that cannot hold a source
+    #[arg(long)]
+    no_screening: bool,
     /// Noise level: auto, weights, data or sefd=400Jy [default: auto]
     #[arg(long, value_name = "SOURCE")]
     noise: Option<NoiseSource>,
@@ -168,6 +171,7 @@ impl Flags {
         set(&mut config.memory, self.memory);
         set(&mut config.acronym, self.acronym);
         config.refine &= !self.no_refine;
+        config.screening &= !self.no_screening;
     }
 }
 

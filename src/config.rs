@@ -7,7 +7,7 @@ use crate::rime::shape::Profile;
 use crate::units::{ARCSEC, Angle, Flux, Memory, Range, UnitError};
 
 /// Live points of a tile, and of the paper's single global run.
-const N_LIVE_TILE: usize = 400;
+const N_LIVE_TILE: usize = 200;
 const N_LIVE_GLOBAL: usize = 8000;
 
 /// A configuration that makes no sense.
@@ -60,7 +60,7 @@ pub struct Config {
     pub engine: Engine,
     /// Which sampler explores a tile.
     pub sampler: SamplerKind,
-    /// Live points of each tile; none = 400, or 8000 where there is one tile.
+    /// Live points of each tile; none = 200, or 8000 where there is one tile.
     pub n_live: Option<usize>,
     /// Sampling efficiency: the volume of the ellipsoids is that of the live points over this.
     pub efficiency: f64,
@@ -68,6 +68,8 @@ pub struct Config {
     pub tolerance: f64,
     /// How the field is divided.
     pub tiles: Tiling,
+    /// Leave out tiles that cannot hold a source.
+    pub screening: bool,
     /// Where the noise level comes from.
     pub noise: NoiseSource,
     /// Re-sample each source with all others removed, until nothing new is found.
@@ -96,6 +98,7 @@ impl Default for Config {
             efficiency: 0.8,
             tolerance: 0.5,
             tiles: Tiling::Auto,
+            screening: true,
             noise: NoiseSource::Auto,
             refine: true,
             seed: 1,

@@ -1,17 +1,21 @@
 //! Detection: one-source posteriors with many modes, and which of these modes are sources.
 //!
-//! 1. The field is cut into [`tiles`]; nested sampling explores each ([`explore`]).
+//! 1. The field is cut into [`tiles`]; those that can hold a source ([`screen`]) are explored by
+//!    nested sampling ([`explore`]), the brightest first.
 //! 2. Every mode of every tile becomes a [`Mode`]; duplicates are found by [`mean_shift`].
 //! 3. [`accept`] takes the strongest mode, subtracts it from the data, and looks again at the
 //!    others: a mode that was only the sidelobe of a brighter source does not survive this.
-//! 4. [`refine`] samples each source anew with all the others removed.
+//! 4. [`refine`] samples each source anew with all the others removed, and the tiles are screened
+//!    again without them.
 
 mod accept;
 mod explore;
 mod mean_shift;
 mod mode;
 mod pipeline;
+mod queue;
 mod refine;
+mod screen;
 mod tiles;
 
 pub use explore::{SamplerFactory, SamplerSettings};

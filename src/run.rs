@@ -86,6 +86,7 @@ pub fn run(
     let settings = Settings {
         field,
         tiles: tiles(&field, n_tile, beam_rad),
+        screening_beam_rad: (config.screening && n_tile > 1).then_some(beam_rad),
         prior: config.prior.source_prior(),
         cuts: Cuts {
             snr: config.snr_cut,
@@ -123,7 +124,7 @@ fn open(
         noise: config.noise,
         memory_bytes: config.memory.0,
         profile: config.prior.profile,
-        typical_scale_rad: prior.scale.from_unit(0.5, prior.flux.from_unit(0.5)),
+        typical_scale_rad: prior.scale.from_unit(0.5, prior.flux.low_jy),
     };
     let mut n_row_known = 0;
     let mut progress = |done, n_row| {

@@ -2,13 +2,14 @@
 
 use super::accept::{Cuts, accept};
 use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore, samples};
+use super::queue::Queue;
 use super::refine::Refinement;
 use super::{DetectError, Mode, Observer, Status, Tile};
 use crate::dataset::{Dataset, Request};
 use crate::prior::{Region, SourcePrior};
 
-/// Searches of the tiles that hold sources, with these removed, before we let it be.
-const MOST_SEARCHES: usize = 5;
+/// Rounds of screening, search and subtraction, before we let it be.
+const MOST_ROUNDS: usize = 200;
 
 /// What to look for, and how.
 pub struct Settings<'a> {
@@ -16,6 +17,8 @@ pub struct Settings<'a> {
     pub field: Region,
     /// Its tiles.
     pub tiles: Vec<Tile>,
+    /// Width of the beam where tiles are screened; none = every tile is searched.
+    pub screening_beam_rad: Option<f64>,
     /// Prior of one source.
     pub prior: SourcePrior,
     /// What makes a mode a source.
@@ -41,8 +44,10 @@ pub struct Detection {
     pub sources: Vec<Detected>,
     /// Likelihood evaluations.
     pub n_eval: u64,
-    /// Global evidence of the first search, against no source, over the whole field.
-    pub log_z: f64,
+    /// Evidence of the tiles of each round, against no source, with the prior of the whole field.
+    pub log_z: Vec<f64>,
+    /// Tiles that were searched, counted again each time.
+    pub n_tile_searched: usize,
 }
 
 /// A source and where it came from.
@@ -67,33 +72,57 @@ pub fn detect(
 ) -> Result<Detection, DetectError> {
     let mut detection = Detection::default();
     let mut sources: Vec<(usize, Mode)> = Vec::new();
-    let mut to_search = settings.tiles.clone();
-    for search in 0..MOST_SEARCHES {
-        let first = detection.modes.len();
-        let (mut modes, n_eval, log_z) =
-            search_tiles(dataset, settings, &to_search, search, observer)?;
-        detection.n_eval += n_eval;
-        if search == 0 {
-            detection.log_z = log_z;
+    let mut queue = Queue::new(&settings.tiles);
+    // Sources that were all sampled with all the others removed.
+    let mut n_settled = 0;
+    for round in 0..MOST_ROUNDS {
+        let tiles = queue.take(dataset, settings, observer)?;
+        if tiles.is_empty() {
+            if n_settled == sources.len() || !settings.refine {
+                break;
+            }
+            detection.n_eval += refine(dataset, settings, &mut sources, 0, round, observer)?;
+            n_settled = sources.len();
+            queue.reopen_faint();
+            continue;
         }
-        let removed: Vec<_> = sources.iter().map(|(_, mode)| mode.mean).collect();
-        accept(dataset, &removed, &mut modes, &settings.cuts)?;
-        let is_new = |mode: &Mode| mode.status == Status::Kept;
-        let new = modes.iter().enumerate().filter(|(_, mode)| is_new(mode));
-        let n_before = sources.len();
-        sources.extend(new.map(|(i, mode)| (first + i, mode.clone())));
-        detection.modes.extend(modes.into_iter().map(Mode::without_samples));
-        if !settings.refine || sources.len() == n_before {
-            break;
+        detection.n_tile_searched += tiles.len();
+        let first = sources.len();
+        search(dataset, settings, &tiles, round, &mut sources, &mut detection, observer)?;
+        if settings.refine && sources.len() > first {
+            detection.n_eval += refine(dataset, settings, &mut sources, first, round, observer)?;
+            // A tile in which something was found may hold more. The global run is made once.
+            let holds = |tile: &Tile| {
+                sources[first..].iter().any(|(_, mode)| tile.region.contains(mode.mean.lm))
+            };
+            let again = tiles.into_iter().filter(|tile| settings.tiles.len() > 1 && holds(tile));
+            again.for_each(|tile| queue.put_back(tile));
         }
-        detection.n_eval += refine(dataset, settings, &mut sources, search, observer)?;
-        if settings.tiles.len() == 1 {
-            break;
-        }
-        to_search.retain(|tile| sources[n_before..].iter().any(|(_, m)| tile.region.contains(m.mean.lm)));
     }
     detection.sources = with_snr(dataset, sources)?;
     Ok(detection)
+}
+
+/// Searches tiles and accepts what is found.
+fn search(
+    dataset: &mut Dataset,
+    settings: &Settings,
+    tiles: &[Tile],
+    round: usize,
+    sources: &mut Vec<(usize, Mode)>,
+    detection: &mut Detection,
+    observer: &mut dyn Observer,
+) -> Result<(), DetectError> {
+    let (mut modes, n_eval, log_z) = search_tiles(dataset, settings, tiles, round, observer)?;
+    detection.n_eval += n_eval;
+    detection.log_z.push(log_z);
+    let removed: Vec<_> = sources.iter().map(|(_, mode)| mode.mean).collect();
+    accept(dataset, &removed, &mut modes, &settings.cuts)?;
+    let first = detection.modes.len();
+    let new = modes.iter().enumerate().filter(|(_, mode)| mode.status == Status::Kept);
+    sources.extend(new.map(|(i, mode)| (first + i, mode.clone())));
+    detection.modes.extend(modes.into_iter().map(Mode::without_samples));
+    Ok(())
 }
 
 /// Every mode of the tiles, in order of tiles, with the evidence of all.
@@ -101,7 +130,7 @@ fn search_tiles(
     dataset: &mut Dataset,
     settings: &Settings,
     tiles: &[Tile],
-    search: usize,
+    round: usize,
     observer: &mut dyn Observer,
 ) -> Result<(Vec<Mode>, u64, f64), DetectError> {
     observer.stage("searching tiles", tiles.len() as u64);
@@ -111,7 +140,7 @@ fn search_tiles(
         sampler: SamplerSettings {
             n_live: settings.n_live,
             modes: true,
-            seed: stream_seed(settings.seed, [1, search as u64, tile.id as u64]),
+            seed: stream_seed(settings.seed, [1, round as u64, tile.id as u64]),
         },
     };
     let mut found: Vec<(Vec<Mode>, f64)> = vec![(Vec::new(), f64::NEG_INFINITY); tiles.len()];
@@ -139,11 +168,13 @@ fn modes_of(tile: usize, explored: &Explored, settings: &Settings, log_share: f6
         .collect()
 }
 
+/// Samples the sources from `first` on with all the others removed.
 fn refine(
     dataset: &mut Dataset,
     settings: &Settings,
     sources: &mut [(usize, Mode)],
-    search: usize,
+    first: usize,
+    round: usize,
     observer: &mut dyn Observer,
 ) -> Result<u64, DetectError> {
     let refinement = Refinement {
@@ -151,10 +182,10 @@ fn refine(
         prior: &settings.prior,
         factory: settings.factory,
         n_live: settings.n_live_refine,
-        seed: stream_seed(settings.seed, [3, search as u64, 0]),
+        seed: stream_seed(settings.seed, [3, round as u64, first as u64]),
     };
     let mut modes: Vec<Mode> = sources.iter().map(|(_, mode)| mode.clone()).collect();
-    let n_eval = refinement.run(dataset, &mut modes, observer)?;
+    let n_eval = refinement.run(dataset, &mut modes, first, observer)?;
     for ((_, old), new) in sources.iter_mut().zip(modes) {
         *old = new;
     }

@@ -11,7 +11,7 @@ const REGION_SIGMAS: f64 = 8.0;
 /// Sources stand still when none moves by more than this, in its own standard deviations.
 const STANDSTILL_SIGMAS: f64 = 0.15;
 /// Rounds after which they are taken as they are.
-const MOST_ROUNDS: usize = 4;
+const MOST_ROUNDS: usize = 3;
 
 /// Where and how sources are sampled again.
 pub(super) struct Refinement<'a> {
@@ -23,20 +23,21 @@ pub(super) struct Refinement<'a> {
 }
 
 impl Refinement<'_> {
-    /// Replaces each mode by the posterior with all the others removed; `dataset` is left with
+    /// Replaces each mode from `first` on by the posterior with all the others removed; `dataset` is left with
     /// all of them removed. Returns the likelihood evaluations.
     pub(super) fn run(
         &self,
         dataset: &mut Dataset,
         sources: &mut [Mode],
+        first: usize,
         observer: &mut dyn Observer,
     ) -> Result<u64, DetectError> {
         let mut n_eval = 0;
         for round in 0..MOST_ROUNDS {
-            observer.stage("refining sources", sources.len() as u64);
+            observer.stage("refining sources", (sources.len() - first) as u64);
             dataset.set_removed(means(sources));
             let before = sources.to_vec();
-            n_eval += self.round(dataset, sources, round, observer)?;
+            n_eval += self.round(dataset, &mut sources[first..], round, observer)?;
             if before.iter().zip(&*sources).all(|(old, new)| stands_still(old, new)) {
                 break;
             }

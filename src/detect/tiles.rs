@@ -4,12 +4,12 @@ use crate::coords::Lm;
 use crate::prior::Region;
 
 /// Live points that should fall into the basin of a source.
-const LIVE_POINTS_PER_BASIN: f64 = 6.0;
+const LIVE_POINTS_PER_BASIN: f64 = 30.0;
 /// Radius of a basin in widths of the beam: there, a source twice above the noise peaks still
 /// rises above them.
 const BASIN_RADIUS_BEAMS: f64 = 1.5;
-/// Margin in widths of the beam: a source on the border is whole on both sides.
-const MARGIN_BEAMS: f64 = 3.0;
+/// Margin in widths of the beam: the peak of a source on the border is whole on both sides.
+const MARGIN_BEAMS: f64 = 0.7;
 
 /// A part of the field.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -70,6 +70,12 @@ impl Region {
         lm.l >= self.low.l && lm.l < self.high.l && lm.m >= self.low.m && lm.m < self.high.m
     }
 
+    /// True if the two have an inner point in common.
+    pub fn overlaps(&self, other: &Region) -> bool {
+        let both = self.clipped(other);
+        both.low.l < both.high.l && both.low.m < both.high.m
+    }
+
     /// Distance from `lm` to the nearest edge, negative outside.
     pub fn distance_to_edge(&self, lm: Lm) -> f64 {
         (lm.l - self.low.l)

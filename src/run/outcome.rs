@@ -250,7 +250,7 @@ fn run_entries(
         RunEntry::new("search.n_live", settings.n_live, "live points a tile"),
         RunEntry::new("search.n_eval", detection.n_eval, "likelihood evaluations"),
         RunEntry::new("search.n_mode", detection.modes.len(), "modes found"),
-        RunEntry::new("search.log_z", detection.log_z, "evidence of one source in the field"),
+        RunEntry::new("search.n_tile_searched", detection.n_tile_searched, "over all rounds"),
         RunEntry::new("search.n_source", detection.sources.len(), "sources"),
     ];
     let toml = config.to_toml();
