@@ -22,7 +22,7 @@ pub struct ModeSummary {
     pub log_z_strict: f64,
     /// Standard deviation of `log_z_strict`.
     pub log_z_strict_err: f64,
-    /// Information of the mode's posterior against the whole prior [nat].
+    /// Information of the mode's posterior against the whole prior, in nat.
     pub kl_nats: f64,
     /// Effective sample size (Σw)²/Σw².
     pub ess: f64,
