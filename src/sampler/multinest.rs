@@ -243,6 +243,11 @@ impl MultiNest {
             // While it is topped up the bound may tighten as points come, but nothing splits.
             return n >= MIN_MODE.max(2 * region.n_at_fit) && self.search(i, false);
         }
+        if region.n_at_fit == 0 {
+            // The first live points fill the cube evenly: there is nothing to search for.
+            self.rebind(i, vec![]);
+            return false;
+        }
         if n != region.n_at_fit || 2 * region.since_search >= n {
             return self.search(i, true);
         }
