@@ -6,8 +6,10 @@ use super::evidence::{Simulated, moments, spread};
 /// An undivided mode: its evidence, and its posterior.
 ///
 /// Points that died before the mode split off are shared out by place: each counts for the mode
-/// in whose part of the cube it lies. `strict` values use the mode's own dead points only: they leave out
-/// the outer skirt of the peak, and never hold anything of a neighbour.
+/// in whose part of the cube it lies. So `log_z` is the integral of L over that part, whatever else is
+/// in it: over all modes it sums to Z, and a flat background around a faint peak counts too. `strict`
+/// values, the mean and the standard deviation use the mode's own dead points only: these hold
+/// nothing of a background or a neighbour, but leave out the outer skirt of a peak that split off late.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModeSummary {
     /// Its index in [`NestedRun::tree`].
@@ -20,7 +22,7 @@ pub struct ModeSummary {
     pub log_z_strict: f64,
     /// Standard deviation of `log_z_strict`.
     pub log_z_strict_err: f64,
-    /// Information of the mode's posterior against the whole prior [nat].
+    /// Information of the mode's posterior against the whole prior, in nat.
     pub kl_nats: f64,
     /// Effective sample size (Σw)²/Σw².
     pub ess: f64,
@@ -28,14 +30,17 @@ pub struct ModeSummary {
     pub n_split: usize,
     /// Dead points that are its own.
     pub n_points: usize,
-    /// Posterior mean in the unit cube.
+    /// Posterior mean in the unit cube (own points).
     pub mean: Vec<f64>,
-    /// Posterior standard deviation in the unit cube.
+    /// Posterior standard deviation in the unit cube (own points).
     pub std: Vec<f64>,
     /// Index of the point of highest ln L in [`NestedRun::dead`].
     pub best: usize,
-    /// Posterior samples: index into [`NestedRun::dead`] and ln weight; weights sum to 1.
+    /// Posterior samples, shared points included: index into [`NestedRun::dead`] and ln weight;
+    /// weights sum to 1.
     pub samples: Vec<(usize, f64)>,
+    /// The same of the mode's own points: an own normalisation, for `log_z_strict`.
+    pub samples_strict: Vec<(usize, f64)>,
 }
 
 impl NestedRun {
@@ -71,13 +76,18 @@ impl NestedRun {
         let best = samples.last()?.0;
         let points = samples.iter().map(|&(i, w)| (self.dead[i].log_l, w));
         let own = samples.iter().filter(|(i, _)| self.dead[*i].mode == node);
-        let n_points = own.clone().count();
-        let (log_z_strict, ..) = moments(own.map(|&(i, w)| (self.dead[i].log_l, w)));
+        let mut samples_strict: Vec<(usize, f64)> = own.copied().collect();
+        let n_points = samples_strict.len();
+        let own = samples_strict.iter().map(|&(i, w)| (self.dead[i].log_l, w));
+        let (log_z_strict, ..) = moments(own);
         let (log_z, kl_nats, ess) = moments(points);
         for (_, w) in &mut samples {
             *w -= log_z;
         }
-        let (mean, std) = self.mean_and_std(&samples);
+        for (_, w) in &mut samples_strict {
+            *w -= log_z_strict;
+        }
+        let (mean, std) = self.mean_and_std(&samples_strict);
         Some(ModeSummary {
             node,
             log_z,
@@ -92,6 +102,7 @@ impl NestedRun {
             std,
             best,
             samples,
+            samples_strict,
         })
     }
 

@@ -236,20 +236,22 @@ impl MultiNest {
     fn renew(&mut self, i: usize) -> bool {
         let region = &self.regions[i];
         let n = region.n_live();
-        if n == 0 {
+        if n == 0 || self.is_starting() {
             return false;
         }
-        let filling = region.missing() > 0;
-        if (filling && n >= 2 * region.n_at_fit && n >= MIN_MODE)
-            || (!filling
-                && (region.n_at_fit == 0 || 2 * region.since_search >= n || n != region.n_at_fit))
-        {
-            if self.is_starting() {
-                return false;
-            }
-            return self.search(i, !filling);
+        if region.missing() > 0 {
+            // While it is topped up the bound may tighten as points come, but nothing splits.
+            return n >= MIN_MODE.max(2 * region.n_at_fit) && self.search(i, false);
         }
-        if !filling && 8 * region.since_fit >= n {
+        if region.n_at_fit == 0 {
+            // The first live points fill the cube evenly: there is nothing to search for.
+            self.rebind(i, vec![]);
+            return false;
+        }
+        if n != region.n_at_fit || 2 * region.since_search >= n {
+            return self.search(i, true);
+        }
+        if 8 * region.since_fit >= n {
             self.refit(i);
         }
         false

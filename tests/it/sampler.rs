@@ -25,8 +25,8 @@ fn config(problem: &Problem, n_live: usize, seed: u64) -> MultiNestConfig {
 fn solve(config: MultiNestConfig, log_l: impl Fn(&[f64]) -> f64) -> NestedRun {
     let n_dim = config.n_dim;
     let batch = |u: &[f64]| Ok::<_, Infallible>(u.chunks(n_dim).map(&log_l).collect());
-    let sampler = Box::new(MultiNest::new(config).unwrap());
-    run(sampler, batch, |_| ControlFlow::Continue(())).unwrap()
+    let sampler = Box::new(MultiNest::new(config).expect("options"));
+    run(sampler, batch, |_| ControlFlow::Continue(())).expect("a finished run")
 }
 
 fn solve_problem(problem: &Problem, n_live: usize, seed: u64) -> NestedRun {

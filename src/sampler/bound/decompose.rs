@@ -31,8 +31,8 @@ pub(in crate::sampler) struct Decomposition<'a> {
 /// halves are no smaller. 2 in the paper; ellipsoids of few points are larger here.
 const WASTEFUL: f64 = 3.0;
 
-/// ln of the volume (against the share) below which a set is not split: there is little to save.
-const TIDY: f64 = 0.4;
+/// ln of the volume (against the share) below which a set is not split: 2, as in the paper.
+const TIDY: f64 = std::f64::consts::LN_2;
 
 /// Rounds of parting by the typical covariance; each may make it smaller.
 const MAX_ROUNDS: usize = 8;
