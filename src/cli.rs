@@ -213,7 +213,13 @@ fn detect(args: DetectArgs) -> Result<(), RunError> {
     args.flags.apply(&mut config);
     config.check()?;
     let mut progress = progress::Bar::new(args.common.quiet);
-    let outcome = run::run(&input, &output, &config, args.common.overwrite, &mut progress)?;
+    let outcome = run::run(
+        &input,
+        &output,
+        &config,
+        args.common.overwrite,
+        &mut progress,
+    )?;
     progress.finish();
     if !args.common.quiet {
         say(&outcome.summary);

@@ -199,7 +199,9 @@ impl Serialize for NoiseSource {
 
 impl<'de> Deserialize<'de> for NoiseSource {
     fn deserialize<D: serde::Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        String::deserialize(d)?.parse().map_err(serde::de::Error::custom)
+        String::deserialize(d)?
+            .parse()
+            .map_err(serde::de::Error::custom)
     }
 }
 
@@ -236,7 +238,10 @@ pub struct PriorConfig {
 impl Default for PriorConfig {
     fn default() -> Self {
         Self {
-            flux: Range { low: Flux(10e-6), high: Flux(200e-6) },
+            flux: Range {
+                low: Flux(10e-6),
+                high: Flux(200e-6),
+            },
             flux_index: -1.34,
             profile: Profile::Exponential,
             scale_relation: ScaleRelation::FluxDependent,
@@ -244,7 +249,10 @@ impl Default for PriorConfig {
             scale_slope: 0.33,
             scale_mean_log: 0.266,
             scale_sigma_log: 0.3136,
-            scale: Range { low: Angle(0.1 * ARCSEC), high: Angle(10.0 * ARCSEC) },
+            scale: Range {
+                low: Angle(0.1 * ARCSEC),
+                high: Angle(10.0 * ARCSEC),
+            },
             e_max: 0.804,
             e_0: 0.0732,
             e_a: 0.2298,
@@ -277,12 +285,37 @@ impl PriorConfig {
     }
 
     fn check(&self) -> Result<(), ConfigError> {
-        require("prior.flux", self.flux, self.flux.low.0 > 0.0, "must be above zero")?;
-        require("prior.scale", self.scale, self.scale.low.0 > 0.0, "must be above zero")?;
-        require("prior.flux-index", self.flux_index, self.flux_index.is_finite(), "must be finite")?;
+        require(
+            "prior.flux",
+            self.flux,
+            self.flux.low.0 > 0.0,
+            "must be above zero",
+        )?;
+        require(
+            "prior.scale",
+            self.scale,
+            self.scale.low.0 > 0.0,
+            "must be above zero",
+        )?;
+        require(
+            "prior.flux-index",
+            self.flux_index,
+            self.flux_index.is_finite(),
+            "must be finite",
+        )?;
         let sigma = self.scale_sigma_log;
-        require("prior.scale-sigma-log", sigma, sigma > 0.0 && sigma < 10.0, "must lie in (0, 10)")?;
-        require("prior.e-max", self.e_max, self.e_max > 0.0 && self.e_max < 1.0, "must lie in (0, 1)")?;
+        require(
+            "prior.scale-sigma-log",
+            sigma,
+            sigma > 0.0 && sigma < 10.0,
+            "must lie in (0, 10)",
+        )?;
+        require(
+            "prior.e-max",
+            self.e_max,
+            self.e_max > 0.0 && self.e_max < 1.0,
+            "must lie in (0, 1)",
+        )?;
         require("prior.e-0", self.e_0, self.e_0 > 0.0, "must be above zero")?;
         require("prior.e-a", self.e_a, self.e_a > 0.0, "must be above zero")
     }
@@ -294,7 +327,15 @@ fn require(
     holds: bool,
     what: &'static str,
 ) -> Result<(), ConfigError> {
-    if holds { Ok(()) } else { Err(ConfigError::Value { key, value: value.to_string(), what }) }
+    if holds {
+        Ok(())
+    } else {
+        Err(ConfigError::Value {
+            key,
+            value: value.to_string(),
+            what,
+        })
+    }
 }
 
 impl Config {
@@ -303,10 +344,14 @@ impl Config {
     /// # Errors
     /// The file cannot be read, or a key or value in it is not known.
     pub fn from_file(path: &std::path::Path) -> Result<Self, ConfigError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| ConfigError::Io { path: path.into(), source })?;
-        toml::from_str(&text)
-            .map_err(|e| ConfigError::Toml { path: path.into(), what: e.to_string() })
+        let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Io {
+            path: path.into(),
+            source,
+        })?;
+        toml::from_str(&text).map_err(|e| ConfigError::Toml {
+            path: path.into(),
+            what: e.to_string(),
+        })
     }
 
     /// Checks that every value makes sense.
@@ -315,20 +360,60 @@ impl Config {
     /// The first that does not.
     pub fn check(&self) -> Result<(), ConfigError> {
         let fov = self.fov.0;
-        require("fov", self.fov, fov > 0.0 && fov <= 1.0, "must lie between 0 and 57 deg")?;
-        require("snr-cut", self.snr_cut, self.snr_cut > 0.0, "must be above zero")?;
+        require(
+            "fov",
+            self.fov,
+            fov > 0.0 && fov <= 1.0,
+            "must lie between 0 and 57 deg",
+        )?;
+        require(
+            "snr-cut",
+            self.snr_cut,
+            self.snr_cut > 0.0,
+            "must be above zero",
+        )?;
         let efficiency = self.efficiency;
-        require("efficiency", efficiency, efficiency > 0.0 && efficiency <= 1.0, "must lie in (0, 1]")?;
-        require("tolerance", self.tolerance, self.tolerance > 0.0, "must be above zero")?;
-        require("memory", self.memory, self.memory.0 >= 16e6, "must be at least 16MB")?;
+        require(
+            "efficiency",
+            efficiency,
+            efficiency > 0.0 && efficiency <= 1.0,
+            "must lie in (0, 1]",
+        )?;
+        require(
+            "tolerance",
+            self.tolerance,
+            self.tolerance > 0.0,
+            "must be above zero",
+        )?;
+        require(
+            "memory",
+            self.memory,
+            self.memory.0 >= 16e6,
+            "must be at least 16MB",
+        )?;
         let n_live = self.n_live.unwrap_or(N_LIVE_TILE);
-        require("n-live", n_live, (20..=10_000_000).contains(&n_live), "must be 20 or more")?;
+        require(
+            "n-live",
+            n_live,
+            (20..=10_000_000).contains(&n_live),
+            "must be 20 or more",
+        )?;
         match self.tiles {
             Tiling::Count(n) => {
-                require("tiles", n, (1..=1_000_000).contains(&n), "must lie between 1 and 1 000 000")?;
+                require(
+                    "tiles",
+                    n,
+                    (1..=1_000_000).contains(&n),
+                    "must lie between 1 and 1 000 000",
+                )?;
             }
             Tiling::Size(side) => {
-                require("tile-size", side, side.0 > fov / 1000.0, "must be above 1/1000 of the field")?;
+                require(
+                    "tile-size",
+                    side,
+                    side.0 > fov / 1000.0,
+                    "must be above 1/1000 of the field",
+                )?;
             }
             Tiling::Auto => {}
         }
@@ -337,13 +422,21 @@ impl Config {
 
     /// Live points of each of `n_tile` tiles.
     pub fn n_live_for(&self, n_tile: usize) -> usize {
-        self.n_live.unwrap_or(if n_tile == 1 { N_LIVE_GLOBAL } else { N_LIVE_TILE })
+        self.n_live.unwrap_or(if n_tile == 1 {
+            N_LIVE_GLOBAL
+        } else {
+            N_LIVE_TILE
+        })
     }
 
     /// Every option that decides the result, as TOML. Memory is left out: it does not.
     pub fn to_toml(&self) -> String {
         let mut text = toml::to_string(self).unwrap_or_default();
-        text = text.lines().filter(|line| !line.starts_with("memory")).collect::<Vec<_>>().join("\n");
+        text = text
+            .lines()
+            .filter(|line| !line.starts_with("memory"))
+            .collect::<Vec<_>>()
+            .join("\n");
         text
     }
 }
@@ -362,14 +455,25 @@ mod tests {
 
     #[test]
     fn an_unknown_key_is_an_error_that_names_it() {
-        let error = toml::from_str::<Config>("snr-cutt = 5").unwrap_err().to_string();
+        let error = toml::from_str::<Config>("snr-cutt = 5")
+            .unwrap_err()
+            .to_string();
         assert!(error.contains("snr-cutt"), "{error}");
     }
 
     #[test]
     fn values_out_of_range_are_named() {
-        let config = Config { efficiency: 1.5, ..Config::default() };
-        assert!(config.check().unwrap_err().to_string().contains("efficiency = 1.5"));
+        let config = Config {
+            efficiency: 1.5,
+            ..Config::default()
+        };
+        assert!(
+            config
+                .check()
+                .unwrap_err()
+                .to_string()
+                .contains("efficiency = 1.5")
+        );
     }
 
     #[test]

@@ -114,7 +114,9 @@ impl Dataset {
                 let mut changes = without(&sources, &self.removed);
                 changes.extend(negated(&without(&self.removed, &sources)));
                 let changes = with_profile(&changes, self.profile);
-                blocks.par_iter_mut().for_each(|block| subtract(block, &changes));
+                blocks
+                    .par_iter_mut()
+                    .for_each(|block| subtract(block, &changes));
             }
             Store::Streamed(stream) => stream.removed = with_profile(&sources, self.profile),
         }
@@ -122,10 +124,7 @@ impl Dataset {
     }
 
     /// Calls `visit` with the samples less the removed sources, batches of blocks in file order.
-    fn for_each_batch(
-        &mut self,
-        mut visit: impl FnMut(&[VisBlock]),
-    ) -> Result<(), DatasetError> {
+    fn for_each_batch(&mut self, mut visit: impl FnMut(&[VisBlock])) -> Result<(), DatasetError> {
         match &mut self.store {
             Store::Resident(blocks) => visit(blocks),
             Store::Streamed(stream) => stream.for_each_batch(visit)?,
@@ -136,7 +135,10 @@ impl Dataset {
 
 /// The sources of `all` that are not in `some`.
 fn without(all: &[Source], some: &[Source]) -> Vec<Source> {
-    all.iter().filter(|source| !some.contains(source)).copied().collect()
+    all.iter()
+        .filter(|source| !some.contains(source))
+        .copied()
+        .collect()
 }
 
 /// The sources, each with the shape that all have.
@@ -146,5 +148,11 @@ fn with_profile(sources: &[Source], profile: Profile) -> Vec<(Source, Profile)> 
 
 /// The sources with their flux density negated: subtracting these adds them.
 fn negated(sources: &[Source]) -> Vec<Source> {
-    sources.iter().map(|source| Source { flux_jy: -source.flux_jy, ..*source }).collect()
+    sources
+        .iter()
+        .map(|source| Source {
+            flux_jy: -source.flux_jy,
+            ..*source
+        })
+        .collect()
 }

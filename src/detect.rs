@@ -18,9 +18,9 @@ mod refine;
 mod screen;
 mod tiles;
 
+pub use accept::Cuts;
 pub use explore::{SamplerFactory, SamplerSettings};
 pub use mode::{Mode, ModeSample, Status};
-pub use accept::Cuts;
 pub use pipeline::{Detected, Detection, Settings, detect};
 pub use tiles::{Tile, field_of_view, side_for_basin, tiles};
 

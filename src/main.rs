@@ -22,7 +22,9 @@ fn main() -> ExitCode {
         .init();
     if let Some(n) = common.threads {
         // Fails only if the pool exists already, which it cannot yet.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(n).build_global();
+        let _ = rayon::ThreadPoolBuilder::new()
+            .num_threads(n)
+            .build_global();
     }
     match cli.execute() {
         Ok(()) => ExitCode::SUCCESS,

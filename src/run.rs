@@ -161,15 +161,16 @@ fn n_tile(config: &Config, beam_rad: f64) -> usize {
     }
 }
 
-fn sampler(
-    config: &Config,
-    settings: SamplerSettings,
-) -> Result<Box<dyn Sampler>, SamplerError> {
+fn sampler(config: &Config, settings: SamplerSettings) -> Result<Box<dyn Sampler>, SamplerError> {
     match config.sampler {
         SamplerKind::Multinest => Ok(Box::new(MultiNest::new(MultiNestConfig {
             // Modes are only to be seen here; each source is sampled again by itself.
             n_live_mode: 4,
-            mode_dims: if settings.modes { MODE_DIMS.to_vec() } else { Vec::new() },
+            mode_dims: if settings.modes {
+                MODE_DIMS.to_vec()
+            } else {
+                Vec::new()
+            },
             efficiency: config.efficiency,
             tolerance: config.tolerance,
             seed: settings.seed,
@@ -180,7 +181,10 @@ fn sampler(
 
 /// BLAKE3 of the input's bytes.
 fn digest(input: &Path) -> Result<String, ReadError> {
-    let io = |source| ReadError::Io { path: PathBuf::from(input), source };
+    let io = |source| ReadError::Io {
+        path: PathBuf::from(input),
+        source,
+    };
     let mut hasher = blake3::Hasher::new();
     let file = std::fs::File::open(input).map_err(io)?;
     hasher.update_reader(file).map_err(io)?;

@@ -26,11 +26,11 @@
 mod chunk;
 mod error;
 mod fits;
-pub mod tables;
 mod observation;
 mod open;
 mod reader;
 mod stokes;
+pub mod tables;
 mod uvfits;
 
 pub use chunk::VisChunk;

@@ -28,7 +28,10 @@ pub(crate) struct InfoArgs {
 
 impl InfoArgs {
     pub(crate) fn common(&self) -> CommonArgs {
-        CommonArgs { quiet: self.quiet, ..CommonArgs::default() }
+        CommonArgs {
+            quiet: self.quiet,
+            ..CommonArgs::default()
+        }
     }
 }
 
@@ -45,8 +48,15 @@ pub(crate) fn execute(args: &InfoArgs) -> Result<(), RunError> {
         bar.advance(done, 0);
     })?;
     bar.finish();
-    let report = Report { file: args.file.display().to_string(), overview };
-    say(&if args.json { json(&report) } else { text(&report) });
+    let report = Report {
+        file: args.file.display().to_string(),
+        overview,
+    };
+    say(&if args.json {
+        json(&report)
+    } else {
+        text(&report)
+    });
     Ok(())
 }
 
@@ -70,24 +80,52 @@ fn text(report: &Report) -> String {
     };
     line("telescope", observation.telescope.clone());
     line("date", observation.date_obs.clone());
-    line("antennas", format!("{} ({} used)", observation.antennas.len(), overview.n_antenna_used));
+    line(
+        "antennas",
+        format!(
+            "{} ({} used)",
+            observation.antennas.len(),
+            overview.n_antenna_used
+        ),
+    );
     for (i, field) in observation.fields.iter().enumerate() {
         let (ra, dec) = (field.ra_rad / DEG, field.dec_rad / DEG);
-        line("field", format!("{i} {}  RA {ra:.6} deg, DEC {dec:.6} deg, {:?}", field.name, field.frame));
+        line(
+            "field",
+            format!(
+                "{i} {}  RA {ra:.6} deg, DEC {dec:.6} deg, {:?}",
+                field.name, field.frame
+            ),
+        );
     }
     let rows = overview.n_row;
-    line("rows", format!("{rows} ({} autocorrelations)", overview.n_row_auto));
+    line(
+        "rows",
+        format!("{rows} ({} autocorrelations)", overview.n_row_auto),
+    );
     line("baselines", overview.n_baseline.to_string());
     line("times", times(overview));
     for (i, setup) in observation.freq_setups.iter().enumerate() {
         line("frequencies", frequencies(i, setup));
     }
-    let corrs: Vec<_> = observation.corrs.iter().map(|c| format!("{c:?}").to_uppercase()).collect();
+    let corrs: Vec<_> = observation
+        .corrs
+        .iter()
+        .map(|c| format!("{c:?}").to_uppercase())
+        .collect();
     line("correlations", corrs.join(" "));
     line("longest", format!("{:.1} m", overview.max_baseline_m));
     let percent = 100.0 * overview.n_flagged as f64 / overview.n_value.max(1) as f64;
-    line("flagged", format!("{percent:.2}% of {} values", overview.n_value));
-    line("noise", overview.noise.map_or("not measured: no Stokes I".into(), |n| n.to_string()));
+    line(
+        "flagged",
+        format!("{percent:.2}% of {} values", overview.n_value),
+    );
+    line(
+        "noise",
+        overview
+            .noise
+            .map_or("not measured: no Stokes I".into(), |n| n.to_string()),
+    );
     for warning in &observation.warnings {
         line("warning", warning.clone());
     }

@@ -11,8 +11,11 @@ pub(crate) struct Bar {
 
 impl Bar {
     pub(crate) fn new(quiet: bool) -> Self {
-        let target =
-            if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let target = if quiet {
+            ProgressDrawTarget::hidden()
+        } else {
+            ProgressDrawTarget::stderr()
+        };
         let bar = ProgressBar::with_draw_target(Some(0), target);
         let style = "{msg:24} [{bar:30}] {pos}/{len}  {elapsed_precise}  {prefix}  left {eta}";
         if let Ok(style) = ProgressStyle::with_template(style) {
@@ -38,7 +41,8 @@ impl Observer for Bar {
         self.bar.set_position(n_done);
         if n_eval > 0 {
             let rate = n_eval as f64 / self.bar.elapsed().as_secs_f64().max(1e-3);
-            self.bar.set_prefix(format!("{n_eval} likelihoods, {rate:.0}/s"));
+            self.bar
+                .set_prefix(format!("{n_eval} likelihoods, {rate:.0}/s"));
         }
         self.bar.tick();
     }

@@ -54,7 +54,12 @@ pub(crate) struct SimulateArgs {
     #[arg(long, value_name = "ANGLE", default_value = "53.1deg")]
     ra: Angle,
     /// Declination of the phase centre (ICRS), as -30deg or -30d15m0s
-    #[arg(long, value_name = "ANGLE", default_value = "-30deg", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "ANGLE",
+        default_value = "-30deg",
+        allow_hyphen_values = true
+    )]
     dec: Angle,
     /// Length of the observation [h]
     #[arg(long, value_name = "HOURS", default_value_t = 8.0)]
@@ -119,7 +124,10 @@ impl Hands {
 
 impl SimulateArgs {
     fn centre(&self) -> RaDec {
-        RaDec { ra_rad: self.ra.0, dec_rad: self.dec.0 }
+        RaDec {
+            ra_rad: self.ra.0,
+            dec_rad: self.dec.0,
+        }
     }
 
     fn config(&self) -> Result<SimulateConfig, RunError> {
@@ -152,12 +160,21 @@ impl SimulateArgs {
             };
             return Ok(read_sources(path)?.iter().map(source).collect());
         }
-        let prior = PriorConfig { flux: self.flux, ..PriorConfig::default() }.source_prior();
+        let prior = PriorConfig {
+            flux: self.flux,
+            ..PriorConfig::default()
+        }
+        .source_prior();
         let field = field_of_view(self.fov.0);
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         // A stream of its own: the noise has the others.
         rng.set_stream(u64::MAX);
-        let draw = |_| prior.source(&field, &std::array::from_fn::<f64, N_DIM, _>(|_| rng.random()));
+        let draw = |_| {
+            prior.source(
+                &field,
+                &std::array::from_fn::<f64, N_DIM, _>(|_| rng.random()),
+            )
+        };
         Ok((0..self.sources.unwrap_or(0)).map(draw).collect())
     }
 }
@@ -173,7 +190,9 @@ pub(crate) fn execute(args: SimulateArgs) -> Result<(), RunError> {
     let mut writer = UvfitsWriter::create(&args.output, &observation, args.common.overwrite)?;
     let mut bar = Bar::new(args.common.quiet);
     bar.stage("simulating", observation.n_row);
-    let summary = simulate(&config, &sources, &mut writer, &mut |done, _| bar.advance(done, 0))?;
+    let summary = simulate(&config, &sources, &mut writer, &mut |done, _| {
+        bar.advance(done, 0)
+    })?;
     bar.finish();
     if let Some(path) = &args.truth {
         let truth = truth(args.centre(), &sources, &summary.snr_s);
@@ -201,7 +220,9 @@ fn describe(args: &SimulateArgs, summary: &SimulationSummary, n_source: usize) -
     let (faint, bright) = summary
         .snr_s
         .iter()
-        .fold((f64::INFINITY, 0.0f64), |(low, high), snr| (low.min(*snr), high.max(*snr)));
+        .fold((f64::INFINITY, 0.0f64), |(low, high), snr| {
+            (low.min(*snr), high.max(*snr))
+        });
     let mut text = format!(
         "{}: {} rows, {} times, {} visibilities, longest baseline {:.0} wavelengths\n",
         args.output.display(),
@@ -210,7 +231,11 @@ fn describe(args: &SimulateArgs, summary: &SimulationSummary, n_source: usize) -
         summary.n_vis,
         summary.uv_max_lambda,
     );
-    text += &format!("noise {:.4} to {:.4} mJy a visibility", summary.sigma_jy[0] * 1e3, summary.sigma_jy[1] * 1e3);
+    text += &format!(
+        "noise {:.4} to {:.4} mJy a visibility",
+        summary.sigma_jy[0] * 1e3,
+        summary.sigma_jy[1] * 1e3
+    );
     if n_source > 0 {
         text += &format!("; {n_source} sources with SNR {faint:.1} to {bright:.1}");
     }

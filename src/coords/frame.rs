@@ -29,9 +29,18 @@ impl IcrsCentre {
     pub fn new(native: RaDec, frame: Frame) -> Self {
         let centre = to_icrs(native, frame);
         let step_rad = 60.0 * ARCSEC;
-        let northern = RaDec::from_lm(Lm { l: 0.0, m: step_rad }, native);
+        let northern = RaDec::from_lm(
+            Lm {
+                l: 0.0,
+                m: step_rad,
+            },
+            native,
+        );
         let north = to_icrs(northern, frame).to_lm(centre);
-        Self { centre, north_rad: north.l.atan2(north.m) }
+        Self {
+            centre,
+            north_rad: north.l.atan2(north.m),
+        }
     }
 
     /// `source` with its position and shape about the ICRS axes.
@@ -40,8 +49,14 @@ impl IcrsCentre {
         let (sin2, cos2) = (2.0 * self.north_rad).sin_cos();
         let (lm, e) = (source.lm, source.e);
         Source {
-            lm: Lm { l: lm.l * cos + lm.m * sin, m: lm.m * cos - lm.l * sin },
-            e: Ellipticity { e1: e.e1 * cos2 + e.e2 * sin2, e2: e.e2 * cos2 - e.e1 * sin2 },
+            lm: Lm {
+                l: lm.l * cos + lm.m * sin,
+                m: lm.m * cos - lm.l * sin,
+            },
+            e: Ellipticity {
+                e1: e.e1 * cos2 + e.e2 * sin2,
+                e2: e.e2 * cos2 - e.e1 * sin2,
+            },
             ..*source
         }
     }
@@ -82,7 +97,10 @@ mod tests {
     use crate::units::DEG;
 
     fn close(a: RaDec, ra_deg: f64, dec_deg: f64, tolerance_arcsec: f64) {
-        let want = RaDec { ra_rad: ra_deg * DEG, dec_rad: dec_deg * DEG };
+        let want = RaDec {
+            ra_rad: ra_deg * DEG,
+            dec_rad: dec_deg * DEG,
+        };
         let off = a.to_lm(want);
         assert!(off.l.hypot(off.m) < tolerance_arcsec * ARCSEC, "{a:?}");
     }
@@ -90,17 +108,44 @@ mod tests {
     /// Reference values by astropy's FK5 and FK4 frames transformed to ICRS.
     #[test]
     fn old_frames_agree_with_astropy() {
-        let native = RaDec { ra_rad: 187.5 * DEG, dec_rad: 12.0 * DEG };
-        close(to_icrs(native, Frame::Fk5(2000.0)), 187.499994874, 12.000001785, 1e-3);
-        close(to_icrs(native, Frame::Fk5(1975.0)), 187.816340136, 11.862056165, 1e-2);
-        close(to_icrs(native, Frame::Fk4(1950.0)), 188.132704822, 11.724209986, 0.2);
+        let native = RaDec {
+            ra_rad: 187.5 * DEG,
+            dec_rad: 12.0 * DEG,
+        };
+        close(
+            to_icrs(native, Frame::Fk5(2000.0)),
+            187.499994874,
+            12.000001785,
+            1e-3,
+        );
+        close(
+            to_icrs(native, Frame::Fk5(1975.0)),
+            187.816340136,
+            11.862056165,
+            1e-2,
+        );
+        close(
+            to_icrs(native, Frame::Fk4(1950.0)),
+            188.132704822,
+            11.724209986,
+            0.2,
+        );
     }
 
     #[test]
     fn a_turned_source_lies_where_its_own_direction_says() {
-        let (native, frame) = (RaDec { ra_rad: 1.0, dec_rad: 1.2 }, Frame::Fk4(1950.0));
+        let (native, frame) = (
+            RaDec {
+                ra_rad: 1.0,
+                dec_rad: 1.2,
+            },
+            Frame::Fk4(1950.0),
+        );
         let icrs = IcrsCentre::new(native, frame);
-        let source = Source { lm: Lm { l: 2e-3, m: -1e-3 }, ..Source::default() };
+        let source = Source {
+            lm: Lm { l: 2e-3, m: -1e-3 },
+            ..Source::default()
+        };
         let direct = to_icrs(RaDec::from_lm(source.lm, native), frame).to_lm(icrs.centre);
         let turned = icrs.turn(&source).lm;
         assert!((direct.l - turned.l).hypot(direct.m - turned.m) < 1e-2 * ARCSEC);

@@ -26,7 +26,12 @@ impl Dataset {
         let profile = self.profile;
         let terms: Vec<Vec<SourceTerm>> = requests
             .iter()
-            .map(|r| r.points.iter().map(|point| SourceTerm::new(point, profile)).collect())
+            .map(|r| {
+                r.points
+                    .iter()
+                    .map(|point| SourceTerm::new(point, profile))
+                    .collect()
+            })
             .collect();
         let mut sums: Vec<Vec<Xy>> = terms.iter().map(|t| vec![Xy::default(); t.len()]).collect();
         self.for_each_batch(|blocks| {

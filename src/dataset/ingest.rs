@@ -109,12 +109,27 @@ impl Ingest {
         weights: WeightRule,
     ) -> Self {
         let observation = reader.observation();
-        let n_chan = observation.freq_setups.iter().map(|s| s.freq_hz_f.len()).max().unwrap_or(1);
+        let n_chan = observation
+            .freq_setups
+            .iter()
+            .map(|s| s.freq_hz_f.len())
+            .max()
+            .unwrap_or(1);
         let values = (n_chan * observation.corrs.len()).max(1);
         let max_row = (CHUNK_VALUES / values).clamp(1, CHUNK_ROWS);
         let chunk = VisChunk::new(max_row);
         let sefd_weight_p = vec![0.0; observation.corrs.len()];
-        Self { sefd_weight_p, reader, rule, field, weights, chunk, row: 0, at_end: false, n_row: 0 }
+        Self {
+            sefd_weight_p,
+            reader,
+            rule,
+            field,
+            weights,
+            chunk,
+            row: 0,
+            at_end: false,
+            n_row: 0,
+        }
     }
 
     pub(super) fn observation(&self) -> &Observation {
@@ -203,7 +218,11 @@ impl Ingest {
 /// Weight of a correlation [Jy⁻²] by the radiometer equation (Wrobel & Walker 1999); Stokes I in
 /// the file is made of two hands.
 fn sefd_weight(rule: StokesIRule, sefd_jy: f64, bandwidth_hz: f64, interval_s: f64) -> f32 {
-    let n_hand = if matches!(rule, StokesIRule::Direct(_)) { 2.0 } else { 1.0 };
+    let n_hand = if matches!(rule, StokesIRule::Direct(_)) {
+        2.0
+    } else {
+        1.0
+    };
     let n_independent = 2.0 * bandwidth_hz.abs() * interval_s;
     (n_hand * n_independent * (SYSTEM_EFFICIENCY / sefd_jy).powi(2)) as f32
 }

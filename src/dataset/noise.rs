@@ -93,7 +93,8 @@ impl NoiseTally {
         self.sum_weight += f64::from(sample.weight);
         self.n_sample += 1;
         if let Some(half) = sample.half_difference_jy {
-            self.hands.add(f64::from(sample.weight) * f64::from(half.norm_sqr()) / 2.0);
+            self.hands
+                .add(f64::from(sample.weight) * f64::from(half.norm_sqr()) / 2.0);
         }
         if sample.chan < TIME_DIFFERENCE_CHANNELS && self.hands.n == 0 {
             self.time_difference(sample);
@@ -105,7 +106,8 @@ impl NoiseTally {
         let now = (sample.vis_jy, sample.weight);
         if let Some((vis_jy, weight)) = self.last.insert(key, now) {
             let variance = 1.0 / f64::from(weight) + 1.0 / f64::from(sample.weight);
-            self.times.add(f64::from((vis_jy - sample.vis_jy).norm_sqr()) / (2.0 * variance));
+            self.times
+                .add(f64::from((vis_jy - sample.vis_jy).norm_sqr()) / (2.0 * variance));
         }
     }
 
@@ -113,9 +115,15 @@ impl NoiseTally {
     pub(super) fn report(&self, source: NoiseSource) -> NoiseReport {
         let weights_sigma_jy = (self.n_sample as f64 / self.sum_weight).sqrt();
         let (variance_ratio, method) = if self.hands.n >= FEWEST {
-            (self.hands.exponential_scale(), Some(DifferenceMethod::Hands))
+            (
+                self.hands.exponential_scale(),
+                Some(DifferenceMethod::Hands),
+            )
         } else if self.times.n >= FEWEST {
-            (self.times.exponential_scale(), Some(DifferenceMethod::Times))
+            (
+                self.times.exponential_scale(),
+                Some(DifferenceMethod::Times),
+            )
         } else {
             (None, None)
         };
@@ -154,7 +162,10 @@ const N_BIN: usize = 13_800;
 
 impl Default for LogHistogram {
     fn default() -> Self {
-        Self { bins: vec![0; N_BIN], n: 0 }
+        Self {
+            bins: vec![0; N_BIN],
+            n: 0,
+        }
     }
 }
 

@@ -37,7 +37,10 @@ impl Dataset {
         options: &OpenOptions,
         progress: &mut dyn FnMut(u64, u64),
     ) -> Result<Self, DatasetError> {
-        let unusable = |what: String| DatasetError::Unusable { path: path.into(), what };
+        let unusable = |what: String| DatasetError::Unusable {
+            path: path.into(),
+            what,
+        };
         let reader = vis2cat_formats::open(path)?;
         let observation = reader.observation().clone();
         let rule = stokes_i(&observation.corrs).map_err(|e| unusable(e.to_string()))?;
@@ -53,13 +56,21 @@ impl Dataset {
         })?;
         if tally.info.n_sample == 0 {
             let n = tally.info.n_flagged;
-            return Err(unusable(format!("no unflagged visibility is left ({n} are flagged)")));
+            return Err(unusable(format!(
+                "no unflagged visibility is left ({n} are flagged)"
+            )));
         }
         let noise = tally.noise.report(options.noise);
         if !(noise.weights_sigma_jy.is_finite() && noise.weight_scale.is_finite()) {
-            return Err(unusable("the weights are not usable; try --noise sefd=400Jy".into()));
+            return Err(unusable(
+                "the weights are not usable; try --noise sefd=400Jy".into(),
+            ));
         }
-        let info = DataInfo { n_row: ingest.n_row, noise, ..tally.finish() };
+        let info = DataInfo {
+            n_row: ingest.n_row,
+            noise,
+            ..tally.finish()
+        };
         if let WeightRule::Scaled(_) = weights {
             ingest.set_weights(WeightRule::Scaled(noise.weight_scale));
         }
@@ -67,7 +78,14 @@ impl Dataset {
             Some(blocks) => Store::Resident(rescaled(blocks, &mut ingest, noise.weight_scale)?),
             None => Store::Streamed(Stream::new(ingest, options.memory_bytes)),
         };
-        Ok(Self { observation, field, info, profile: options.profile, store, removed: Vec::new() })
+        Ok(Self {
+            observation,
+            field,
+            info,
+            profile: options.profile,
+            store,
+            removed: Vec::new(),
+        })
     }
 }
 
@@ -113,12 +131,19 @@ fn first_pass(
 fn choose_field(observation: &Observation, wanted: Option<&str>) -> Result<u32, String> {
     let fields = &observation.fields;
     let names = || {
-        let list = fields.iter().enumerate().map(|(i, f)| format!("{i} {}", f.name));
+        let list = fields
+            .iter()
+            .enumerate()
+            .map(|(i, f)| format!("{i} {}", f.name));
         list.collect::<Vec<_>>().join(", ")
     };
     match wanted {
         None if fields.len() == 1 => Ok(0),
-        None => Err(format!("there are {} fields; choose one with --field: {}", fields.len(), names())),
+        None => Err(format!(
+            "there are {} fields; choose one with --field: {}",
+            fields.len(),
+            names()
+        )),
         Some(wanted) => fields
             .iter()
             .position(|f| f.name.trim() == wanted)

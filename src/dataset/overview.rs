@@ -6,9 +6,9 @@ use std::path::Path;
 use serde::Serialize;
 use vis2cat_formats::{Observation, VisChunk, stokes_i};
 
+use super::DatasetError;
 use super::ingest::{FieldChoice, Ingest, Sample, Tally, WeightRule};
 use super::noise::{NoiseReport, NoiseTally};
-use super::DatasetError;
 use crate::config::NoiseSource;
 
 /// Counts over a whole file.
@@ -66,7 +66,10 @@ impl Overview {
             }
             observation = reader.observation().clone();
         }
-        Ok(Self { observation, ..counts.finish() })
+        Ok(Self {
+            observation,
+            ..counts.finish()
+        })
     }
 }
 
@@ -91,11 +94,16 @@ impl Tally for Counts {
         for r in 0..chunk.n_row {
             let pair = (chunk.ant1_r[r], chunk.ant2_r[r]);
             counts.n_row_auto += u64::from(pair.0 == pair.1);
-            self.baselines.insert((pair.0.min(pair.1), pair.0.max(pair.1)));
-            self.times_us.insert((chunk.time_mjd_r[r] * 86400e6).round() as i64);
+            self.baselines
+                .insert((pair.0.min(pair.1), pair.0.max(pair.1)));
+            self.times_us
+                .insert((chunk.time_mjd_r[r] * 86400e6).round() as i64);
             let interval_s = chunk.interval_s_r[r];
             if interval_s.is_finite() {
-                *self.intervals_us.entry((interval_s * 1e6).round() as i64).or_default() += 1;
+                *self
+                    .intervals_us
+                    .entry((interval_s * 1e6).round() as i64)
+                    .or_default() += 1;
             }
             let [u, v, w] = chunk.uvw_m_r[r];
             let length_m = (u * u + v * v + w * w).sqrt();

@@ -22,7 +22,11 @@ impl Stream {
     pub(super) fn new(ingest: Ingest, memory_bytes: f64) -> Self {
         let block_bytes = (BLOCK_LEN * SAMPLE_BYTES) as f64;
         let blocks_per_batch = (memory_bytes / (BATCHES as f64 * block_bytes)).max(1.0) as usize;
-        Self { ingest, blocks_per_batch, removed: Vec::new() }
+        Self {
+            ingest,
+            blocks_per_batch,
+            removed: Vec::new(),
+        }
     }
 
     pub(super) fn for_each_batch(
@@ -61,7 +65,9 @@ fn read_batch(
 ) -> Result<Vec<VisBlock>, DatasetError> {
     let mut batch = Vec::with_capacity(n_block);
     while batch.len() < n_block {
-        let Some(mut block) = ingest.next_block(&mut NoTally)? else { break };
+        let Some(mut block) = ingest.next_block(&mut NoTally)? else {
+            break;
+        };
         subtract(&mut block, removed);
         batch.push(block);
     }

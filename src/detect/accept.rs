@@ -52,7 +52,10 @@ pub(super) fn accept(
 /// X and Y of the best sample of every mode.
 fn evaluate_best(dataset: &mut Dataset, modes: &mut [Mode]) -> Result<(), DetectError> {
     let points = modes.iter().map(|mode| mode.best).collect();
-    let xy = dataset.evaluate(&[Request { points, restored: Vec::new() }])?;
+    let xy = dataset.evaluate(&[Request {
+        points,
+        restored: Vec::new(),
+    }])?;
     for (mode, xy) in modes.iter_mut().zip(&xy[0]) {
         mode.best_xy = *xy;
     }
@@ -73,7 +76,8 @@ fn drop_duplicates(modes: &mut [Mode], cuts: &Cuts) {
     let cluster = mean_shift(&positions, &bandwidth);
     for (&i, &c) in kept.iter().zip(&cluster) {
         let beaten = kept.iter().zip(&cluster).any(|(&j, &d)| {
-            c == d && (modes[j].log_z, std::cmp::Reverse(j)) > (modes[i].log_z, std::cmp::Reverse(i))
+            c == d
+                && (modes[j].log_z, std::cmp::Reverse(j)) > (modes[i].log_z, std::cmp::Reverse(i))
         });
         if beaten {
             modes[i].status = Status::F1Duplicate;
@@ -92,7 +96,10 @@ fn strongest_first(
     let mut removed = removed.to_vec();
     while !open.is_empty() {
         let points = open.iter().map(|&i| modes[i].best).collect();
-        let xy = dataset.evaluate(&[Request { points, restored: Vec::new() }])?;
+        let xy = dataset.evaluate(&[Request {
+            points,
+            restored: Vec::new(),
+        }])?;
         for (&i, xy) in open.iter().zip(&xy[0]) {
             modes[i].best_xy = *xy;
             if xy.snr_peak() < cuts.snr {
@@ -100,9 +107,10 @@ fn strongest_first(
             }
         }
         open.retain(|&i| modes[i].status == Status::Kept);
-        let strongest = open.iter().copied().max_by(|&i, &j| {
-            modes[i].snr_peak().total_cmp(&modes[j].snr_peak())
-        });
+        let strongest = open
+            .iter()
+            .copied()
+            .max_by(|&i, &j| modes[i].snr_peak().total_cmp(&modes[j].snr_peak()));
         if let Some(strongest) = strongest {
             open.retain(|&i| i != strongest);
             removed.push(modes[strongest].mean);
@@ -113,5 +121,7 @@ fn strongest_first(
 }
 
 fn indices(modes: &[Mode], status: Status) -> Vec<usize> {
-    (0..modes.len()).filter(|&i| modes[i].status == status).collect()
+    (0..modes.len())
+        .filter(|&i| modes[i].status == status)
+        .collect()
 }

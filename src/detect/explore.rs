@@ -72,7 +72,11 @@ pub(super) fn explore(
     loop {
         for (index, target) in queue.by_ref().take(IN_FLIGHT - active.len()) {
             let sampler = factory(target.sampler).map_err(|e| in_region(&target.region, e))?;
-            active.push(Active { index, target, sampler });
+            active.push(Active {
+                index,
+                target,
+                sampler,
+            });
         }
         if active.is_empty() {
             return Ok(n_eval);
@@ -81,19 +85,37 @@ pub(super) fn explore(
         n_eval += points.iter().map(|p| p.len() as u64).sum::<u64>();
         let log_l = evaluate(dataset, &active, &points)?;
         tell_all(&mut active, &log_l)?;
-        let (going_on, finished): (Vec<_>, Vec<_>) =
-            active.into_iter().zip(points).partition(|(_, points)| !points.is_empty());
+        let (going_on, finished): (Vec<_>, Vec<_>) = active
+            .into_iter()
+            .zip(points)
+            .partition(|(_, points)| !points.is_empty());
         active = going_on.into_iter().map(|(region, _)| region).collect();
         n_done += finished.len() as u64;
-        for (Active { index, target, sampler }, _) in finished {
+        for (
+            Active {
+                index,
+                target,
+                sampler,
+            },
+            _,
+        ) in finished
+        {
             tracing::debug!("region {index}: {:?}", sampler.progress());
-            done(Explored { index, region: target.region, run: sampler.finish() });
+            done(Explored {
+                index,
+                region: target.region,
+                run: sampler.finish(),
+            });
         }
         observer.advance(n_done, n_eval);
         n_pass += 1;
         if n_pass % 200 == 0 {
             for a in &active {
-                tracing::debug!("region {} after {n_pass}: {:?}", a.index, a.sampler.progress());
+                tracing::debug!(
+                    "region {} after {n_pass}: {:?}",
+                    a.index,
+                    a.sampler.progress()
+                );
             }
         }
     }
@@ -106,15 +128,23 @@ fn ask_all(active: &mut [Active], prior: &SourcePrior) -> Result<Vec<Vec<Source>
         .map(|a| {
             let region = a.target.region;
             let u = a.sampler.ask().map_err(|e| in_region(&region, e))?;
-            Ok(u.chunks_exact(N_DIM).map(|u| prior.source(&region, u)).collect())
+            Ok(u.chunks_exact(N_DIM)
+                .map(|u| prior.source(&region, u))
+                .collect())
         })
         .collect()
 }
 
 fn tell_all(active: &mut [Active], log_l: &[Vec<f64>]) -> Result<(), DetectError> {
-    active.par_iter_mut().zip(log_l).filter(|(_, log_l)| !log_l.is_empty()).try_for_each(
-        |(a, log_l)| a.sampler.tell(log_l).map_err(|e| in_region(&a.target.region, e)),
-    )
+    active
+        .par_iter_mut()
+        .zip(log_l)
+        .filter(|(_, log_l)| !log_l.is_empty())
+        .try_for_each(|(a, log_l)| {
+            a.sampler
+                .tell(log_l)
+                .map_err(|e| in_region(&a.target.region, e))
+        })
 }
 
 /// ln L of every point. Regions that see the same data share one request.
@@ -127,10 +157,16 @@ fn evaluate(
     let mut place = Vec::with_capacity(active.len());
     for (a, points) in active.iter().zip(points) {
         let restored = &a.target.restored;
-        let r = requests.iter().position(|r| &r.restored == restored).unwrap_or_else(|| {
-            requests.push(Request { points: Vec::new(), restored: restored.clone() });
-            requests.len() - 1
-        });
+        let r = requests
+            .iter()
+            .position(|r| &r.restored == restored)
+            .unwrap_or_else(|| {
+                requests.push(Request {
+                    points: Vec::new(),
+                    restored: restored.clone(),
+                });
+                requests.len() - 1
+            });
         place.push((r, requests[r].points.len()));
         requests[r].points.extend_from_slice(points);
     }
@@ -140,14 +176,22 @@ fn evaluate(
         .zip(place)
         .map(|(points, (r, first))| {
             let xy = &xy[r][first..first + points.len()];
-            points.iter().zip(xy).map(|(p, xy)| xy.log_l(p.flux_jy)).collect()
+            points
+                .iter()
+                .zip(xy)
+                .map(|(p, xy)| xy.log_l(p.flux_jy))
+                .collect()
         })
         .collect())
 }
 
 fn in_region(region: &Region, source: SamplerError) -> DetectError {
     let centre = region.from_unit(0.5, 0.5);
-    DetectError::Sampler { l_arcsec: centre.l / ARCSEC, m_arcsec: centre.m / ARCSEC, source }
+    DetectError::Sampler {
+        l_arcsec: centre.l / ARCSEC,
+        m_arcsec: centre.m / ARCSEC,
+        source,
+    }
 }
 
 /// Dead points, each with its ln weight, as samples of sources. Those whose weight is nothing are

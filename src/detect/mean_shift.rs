@@ -9,17 +9,22 @@ use crate::coords::Lm;
 /// If the two slices differ in length.
 pub(super) fn mean_shift(positions: &[Lm], bandwidth: &[f64]) -> Vec<usize> {
     assert_eq!(positions.len(), bandwidth.len());
-    let centres: Vec<Lm> =
-        positions.iter().zip(bandwidth).map(|(&start, &h)| converge(start, h, positions)).collect();
+    let centres: Vec<Lm> = positions
+        .iter()
+        .zip(bandwidth)
+        .map(|(&start, &h)| converge(start, h, positions))
+        .collect();
     let mut seen: Vec<Lm> = Vec::new();
     centres
         .iter()
         .zip(bandwidth)
         .map(|(centre, &h)| {
-            seen.iter().position(|other| distance(*centre, *other) < h).unwrap_or_else(|| {
-                seen.push(*centre);
-                seen.len() - 1
-            })
+            seen.iter()
+                .position(|other| distance(*centre, *other) < h)
+                .unwrap_or_else(|| {
+                    seen.push(*centre);
+                    seen.len() - 1
+                })
         })
         .collect()
 }
@@ -30,13 +35,19 @@ fn converge(start: Lm, h: f64, positions: &[Lm]) -> Lm {
     for _ in 0..100 {
         let (mut sum, mut n) = (Lm::default(), 0.0);
         for p in positions.iter().filter(|p| distance(**p, centre) <= h) {
-            sum = Lm { l: sum.l + p.l, m: sum.m + p.m };
+            sum = Lm {
+                l: sum.l + p.l,
+                m: sum.m + p.m,
+            };
             n += 1.0;
         }
         if n == 0.0 {
             return start;
         }
-        let next = Lm { l: sum.l / n, m: sum.m / n };
+        let next = Lm {
+            l: sum.l / n,
+            m: sum.m / n,
+        };
         let moved = distance(next, centre);
         centre = next;
         if moved < 1e-3 * h {

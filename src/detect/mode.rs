@@ -82,13 +82,23 @@ impl Mode {
             samples.iter().map(|s| s.weight * f(&s.source)).sum()
         };
         let sigma_of = |f: fn(&Source) -> f64, mean: f64| -> f64 {
-            samples.iter().map(|s| s.weight * (f(&s.source) - mean).powi(2)).sum::<f64>().sqrt()
+            samples
+                .iter()
+                .map(|s| s.weight * (f(&s.source) - mean).powi(2))
+                .sum::<f64>()
+                .sqrt()
         };
         let mean = Source {
-            lm: Lm { l: mean_of(|s| s.lm.l), m: mean_of(|s| s.lm.m) },
+            lm: Lm {
+                l: mean_of(|s| s.lm.l),
+                m: mean_of(|s| s.lm.m),
+            },
             flux_jy: mean_of(|s| s.flux_jy),
             scale_rad: mean_of(|s| s.scale_rad),
-            e: Ellipticity { e1: mean_of(|s| s.e.e1), e2: mean_of(|s| s.e.e2) },
+            e: Ellipticity {
+                e1: mean_of(|s| s.e.e1),
+                e2: mean_of(|s| s.e.e2),
+            },
         };
         let best = samples.iter().max_by(|a, b| a.log_l.total_cmp(&b.log_l));
         let (best, best_log_l) = best.map_or((mean, f64::NEG_INFINITY), |s| (s.source, s.log_l));

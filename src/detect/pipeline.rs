@@ -88,14 +88,26 @@ pub fn detect(
         }
         detection.n_tile_searched += tiles.len();
         let first = sources.len();
-        search(dataset, settings, &tiles, round, &mut sources, &mut detection, observer)?;
+        search(
+            dataset,
+            settings,
+            &tiles,
+            round,
+            &mut sources,
+            &mut detection,
+            observer,
+        )?;
         if settings.refine && sources.len() > first {
             detection.n_eval += refine(dataset, settings, &mut sources, first, round, observer)?;
             // A tile in which something was found may hold more. The global run is made once.
             let holds = |tile: &Tile| {
-                sources[first..].iter().any(|(_, mode)| tile.region.contains(mode.mean.lm))
+                sources[first..]
+                    .iter()
+                    .any(|(_, mode)| tile.region.contains(mode.mean.lm))
             };
-            let again = tiles.into_iter().filter(|tile| settings.tiles.len() > 1 && holds(tile));
+            let again = tiles
+                .into_iter()
+                .filter(|tile| settings.tiles.len() > 1 && holds(tile));
             again.for_each(|tile| queue.put_back(tile));
         }
     }
@@ -119,9 +131,14 @@ fn search(
     let removed: Vec<_> = sources.iter().map(|(_, mode)| mode.mean).collect();
     accept(dataset, &removed, &mut modes, &settings.cuts)?;
     let first = detection.modes.len();
-    let new = modes.iter().enumerate().filter(|(_, mode)| mode.status == Status::Kept);
+    let new = modes
+        .iter()
+        .enumerate()
+        .filter(|(_, mode)| mode.status == Status::Kept);
     sources.extend(new.map(|(i, mode)| (first + i, mode.clone())));
-    detection.modes.extend(modes.into_iter().map(Mode::without_samples));
+    detection
+        .modes
+        .extend(modes.into_iter().map(Mode::without_samples));
     Ok(())
 }
 
@@ -145,15 +162,25 @@ fn search_tiles(
     };
     let mut found: Vec<(Vec<Mode>, f64)> = vec![(Vec::new(), f64::NEG_INFINITY); tiles.len()];
     let targets = tiles.iter().map(target).collect();
-    let n_eval =
-        explore(dataset, &settings.prior, settings.factory, targets, observer, &mut |explored| {
+    let n_eval = explore(
+        dataset,
+        &settings.prior,
+        settings.factory,
+        targets,
+        observer,
+        &mut |explored| {
             let log_share = (explored.region.area() / settings.field.area()).ln();
             let log_z = explored.run.evidence().log_z + log_share;
             let tile = tiles[explored.index].id;
             found[explored.index] = (modes_of(tile, &explored, settings, log_share), log_z);
-        })?;
+        },
+    )?;
     let log_z = log_sum_exp(found.iter().map(|(_, log_z)| *log_z));
-    Ok((found.into_iter().flat_map(|(modes, _)| modes).collect(), n_eval, log_z))
+    Ok((
+        found.into_iter().flat_map(|(modes, _)| modes).collect(),
+        n_eval,
+        log_z,
+    ))
 }
 
 fn modes_of(tile: usize, explored: &Explored, settings: &Settings, log_share: f64) -> Vec<Mode> {
@@ -163,7 +190,11 @@ fn modes_of(tile: usize, explored: &Explored, settings: &Settings, log_share: f6
         .map(|mode| {
             let samples = samples(run, mode.samples.iter().copied(), region, &settings.prior);
             let mode = Mode::new(tile, samples, mode.log_z + log_share, mode.log_z_err);
-            if mode.best_log_l > 0.0 { mode } else { mode.without_samples() }
+            if mode.best_log_l > 0.0 {
+                mode
+            } else {
+                mode.without_samples()
+            }
         })
         .collect()
 }
@@ -200,7 +231,12 @@ fn with_snr(
     let requests: Vec<Request> = sources
         .iter()
         .map(|(_, mode)| Request {
-            points: mode.samples.iter().map(|s| s.source).chain([mode.best]).collect(),
+            points: mode
+                .samples
+                .iter()
+                .map(|s| s.source)
+                .chain([mode.best])
+                .collect(),
             restored: vec![mode.mean],
         })
         .collect();
@@ -212,22 +248,37 @@ fn with_snr(
             posterior.best_xy = *xy.last().unwrap_or(&posterior.best_xy);
             let snr = posterior.samples.iter().zip(xy);
             let snr = snr.map(|(s, xy)| s.weight * xy.snr(s.source.flux_jy)).sum();
-            Detected { posterior, mode, snr }
+            Detected {
+                posterior,
+                mode,
+                snr,
+            }
         })
         .collect();
-    sources.sort_by(|a, b| b.posterior.mean.flux_jy.total_cmp(&a.posterior.mean.flux_jy));
+    sources.sort_by(|a, b| {
+        b.posterior
+            .mean
+            .flux_jy
+            .total_cmp(&a.posterior.mean.flux_jy)
+    });
     Ok(sources)
 }
 
 fn log_sum_exp(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let top = values.clone().fold(f64::NEG_INFINITY, f64::max);
-    if top.is_finite() { top + values.map(|v| (v - top).exp()).sum::<f64>().ln() } else { top }
+    if top.is_finite() {
+        top + values.map(|v| (v - top).exp()).sum::<f64>().ln()
+    } else {
+        top
+    }
 }
 
 /// A seed for one of many streams, by the SplitMix64 finaliser (Steele, Lea & Flood 2014).
 pub(super) fn stream_seed(seed: u64, key: [u64; 3]) -> u64 {
     key.into_iter().fold(seed, |state, k| {
-        let mut z = state.wrapping_add(0x9e37_79b9_7f4a_7c15).wrapping_add(k.wrapping_mul(0xd134_2543_de82_ef95));
+        let mut z = state
+            .wrapping_add(0x9e37_79b9_7f4a_7c15)
+            .wrapping_add(k.wrapping_mul(0xd134_2543_de82_ef95));
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ (z >> 31)

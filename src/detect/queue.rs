@@ -21,7 +21,10 @@ pub(super) struct Queue {
 
 impl Queue {
     pub(super) fn new(tiles: &[Tile]) -> Self {
-        Self { open: tiles.to_vec(), faint: Vec::new() }
+        Self {
+            open: tiles.to_vec(),
+            faint: Vec::new(),
+        }
     }
 
     /// Looks at every tile again that was too faint before.
@@ -49,8 +52,10 @@ impl Queue {
         let seen = screen(dataset, &tiles, &settings.prior, beam_rad, observer)?;
         let faintest = SEEN_FRACTION * settings.cuts.snr;
         let brightest = seen.iter().copied().fold(0.0, f64::max);
-        let (bright, faint): (Vec<_>, Vec<_>) =
-            tiles.into_iter().zip(seen).partition(|(_, seen)| *seen >= faintest);
+        let (bright, faint): (Vec<_>, Vec<_>) = tiles
+            .into_iter()
+            .zip(seen)
+            .partition(|(_, seen)| *seen >= faintest);
         self.faint.extend(faint.into_iter().map(|(tile, _)| tile));
         // Without subtraction there is nothing to wait for.
         let waits = |i: usize| settings.refine && waits(&bright, i, SIDELOBE * brightest);

@@ -38,7 +38,11 @@ impl Refinement<'_> {
             dataset.set_removed(means(sources));
             let before = sources.to_vec();
             n_eval += self.round(dataset, &mut sources[first..], round, observer)?;
-            if before.iter().zip(&*sources).all(|(old, new)| stands_still(old, new)) {
+            if before
+                .iter()
+                .zip(&*sources)
+                .all(|(old, new)| stands_still(old, new))
+            {
                 break;
             }
         }
@@ -66,10 +70,17 @@ impl Refinement<'_> {
                 },
             })
             .collect();
-        explore(dataset, self.prior, self.factory, targets, observer, &mut |explored| {
-            let old = &sources[explored.index];
-            sources[explored.index] = self.refined(old, &explored);
-        })
+        explore(
+            dataset,
+            self.prior,
+            self.factory,
+            targets,
+            observer,
+            &mut |explored| {
+                let old = &sources[explored.index];
+                sources[explored.index] = self.refined(old, &explored);
+            },
+        )
     }
 
     fn region(&self, mode: &Mode) -> Region {
@@ -81,11 +92,18 @@ impl Refinement<'_> {
     fn refined(&self, old: &Mode, explored: &Explored) -> Mode {
         let Explored { region, run, .. } = explored;
         let evidence = run.evidence();
-        let log_w = run.log_weights().into_iter().map(|log_w| log_w - evidence.log_z);
+        let log_w = run
+            .log_weights()
+            .into_iter()
+            .map(|log_w| log_w - evidence.log_z);
         let samples = samples(run, log_w.enumerate(), region, self.prior);
         let log_share = (region.area() / self.field.area()).ln();
-        let mut mode =
-            Mode::new(old.tile, samples, evidence.log_z + log_share, evidence.log_z_err);
+        let mut mode = Mode::new(
+            old.tile,
+            samples,
+            evidence.log_z + log_share,
+            evidence.log_z_err,
+        );
         mode.best_xy = old.best_xy;
         mode
     }

@@ -58,7 +58,10 @@ fn note(
     best: &mut [f64],
 ) -> Result<(), DetectError> {
     let points = batch.iter().map(|(_, source)| *source).collect();
-    let xy = dataset.evaluate(&[Request { points, restored: Vec::new() }])?;
+    let xy = dataset.evaluate(&[Request {
+        points,
+        restored: Vec::new(),
+    }])?;
     for ((tile, _), xy) in batch.iter().zip(&xy[0]) {
         best[*tile] = best[*tile].max(xy.snr_peak());
     }
@@ -68,8 +71,10 @@ fn note(
 /// Positions that leave no point of the region further than half a cell's diagonal away.
 fn grid(region: &Region, spacing_rad: f64) -> impl Iterator<Item = Lm> + use<> {
     let n = |length: f64| (length / spacing_rad).ceil().max(1.0) as usize;
-    let (columns, rows) =
-        (n(region.high.l - region.low.l), n(region.high.m - region.low.m));
+    let (columns, rows) = (
+        n(region.high.l - region.low.l),
+        n(region.high.m - region.low.m),
+    );
     let middle = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
     let region = *region;
     (0..columns * rows)
@@ -82,7 +87,10 @@ mod tests {
 
     #[test]
     fn no_position_is_far_from_the_grid() {
-        let region = Region { low: Lm { l: 0.0, m: 0.0 }, high: Lm { l: 1.0, m: 0.35 } };
+        let region = Region {
+            low: Lm { l: 0.0, m: 0.0 },
+            high: Lm { l: 1.0, m: 0.35 },
+        };
         let points: Vec<Lm> = grid(&region, 0.1).collect();
         for i in 0..=40 {
             for j in 0..=40 {

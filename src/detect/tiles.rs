@@ -31,7 +31,10 @@ pub fn tiles(field: &Region, n_tile: usize, beam_rad: f64) -> Vec<Tile> {
             low: field.from_unit(edge(column), edge(row)),
             high: field.from_unit(edge(column + 1), edge(row + 1)),
         };
-        Tile { id, region: core.grown(margin).clipped(field) }
+        Tile {
+            id,
+            region: core.grown(margin).clipped(field),
+        }
     };
     (0..n_side * n_side).map(cell).collect()
 }

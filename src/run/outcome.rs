@@ -3,8 +3,8 @@
 use vis2cat_formats::WriteError;
 
 use crate::catalogue::{
-    self, CatalogueHeader, CataloguePaths, Estimate, Flags, ModeRow, ModeStatus, PosteriorRow, PriorRange,
-    RunEntry, SourceRow, WeightedSample,
+    self, CatalogueHeader, CataloguePaths, Estimate, Flags, ModeRow, ModeStatus, PosteriorRow,
+    PriorRange, RunEntry, SourceRow, WeightedSample,
 };
 use crate::config::Config;
 use crate::coords::{IcrsCentre, RaDec};
@@ -39,7 +39,10 @@ impl Outcome {
         detection: &Detection,
     ) -> Self {
         let field = dataset.phase_centre();
-        let native = RaDec { ra_rad: field.ra_rad, dec_rad: field.dec_rad };
+        let native = RaDec {
+            ra_rad: field.ra_rad,
+            dec_rad: field.dec_rad,
+        };
         let frame = IcrsCentre::new(native, field.frame);
         let mut outcome = Self {
             header: header(config, dataset, frame),
@@ -59,7 +62,14 @@ impl Outcome {
 
     /// Writes the catalogue and the posterior samples.
     pub(super) fn write(&self, paths: &CataloguePaths, overwrite: bool) -> Result<(), WriteError> {
-        let Self { header, sources, modes, run, posterior, .. } = self;
+        let Self {
+            header,
+            sources,
+            modes,
+            run,
+            posterior,
+            ..
+        } = self;
         catalogue::write(paths, overwrite, header, sources, modes, run, posterior)
     }
 
@@ -82,7 +92,9 @@ impl Outcome {
             })
             .collect();
         let profile = config.prior.profile;
-        let Some(summary) = catalogue::summarise(&samples, frame.centre, profile) else { return };
+        let Some(summary) = catalogue::summarise(&samples, frame.centre, profile) else {
+            return;
+        };
         let source_id = self.sources.len() as i64 + 1;
         let mode_id = detected.mode as i64;
         let rows = catalogue::posterior_rows(&samples, source_id, mode_id, frame.centre, profile);
@@ -95,7 +107,10 @@ impl Outcome {
             posterior: summary,
             snr: detected.snr,
             snr_peak: mode.snr_peak(),
-            log_z: Estimate { mean: mode.log_z, err: mode.log_z_err },
+            log_z: Estimate {
+                mean: mode.log_z,
+                err: mode.log_z_err,
+            },
             p_source: probability(mode.log_z, n_source),
             max_dlog_l: f64::NAN,
             post_row: self.posterior.len() as i64,
@@ -130,11 +145,18 @@ fn flags(settings: &Settings, mode: &Mode, mut flags: Flags) -> Flags {
         flags = flags.with(Flags::AT_BORDER);
     }
     let flux = &settings.prior.flux;
-    let (below, above) = (mode.mean.flux_jy - flux.low_jy, flux.high_jy - mode.mean.flux_jy);
+    let (below, above) = (
+        mode.mean.flux_jy - flux.low_jy,
+        flux.high_jy - mode.mean.flux_jy,
+    );
     if below.min(above) < mode.flux_sigma_jy {
         flags = flags.with(Flags::FLUX_AT_LIMIT);
     }
-    let mean_log: f64 = mode.samples.iter().map(|s| s.weight * s.source.scale_rad.ln()).sum();
+    let mean_log: f64 = mode
+        .samples
+        .iter()
+        .map(|s| s.weight * s.source.scale_rad.ln())
+        .sum();
     let variance: f64 = mode
         .samples
         .iter()
@@ -155,14 +177,23 @@ fn modes(sources: &[SourceRow], detection: &Detection, frame: IcrsCentre) -> Vec
             tile_id: mode.tile as i64,
             position: RaDec::from_lm(mean.lm, frame.centre),
             lm: mean.lm,
-            flux_jy: Estimate { mean: mean.flux_jy, err: mode.flux_sigma_jy },
+            flux_jy: Estimate {
+                mean: mean.flux_jy,
+                err: mode.flux_sigma_jy,
+            },
             snr: mode.best_xy.snr(mean.flux_jy),
             snr_peak: mode.snr_peak(),
-            log_z: Estimate { mean: mode.log_z, err: mode.log_z_err },
+            log_z: Estimate {
+                mean: mode.log_z,
+                err: mode.log_z_err,
+            },
             n_samples: mode.n_sample as i64,
             n_eff: mode.n_eff,
             status: catalogue_status(mode.status),
-            source_id: sources.iter().find(|s| s.mode_id == mode_id).map(|s| s.source_id),
+            source_id: sources
+                .iter()
+                .find(|s| s.mode_id == mode_id)
+                .map(|s| s.source_id),
         }
     };
     detection.modes.iter().enumerate().map(row).collect()
@@ -236,21 +267,41 @@ fn run_entries(
         RunEntry::new("data.n_row", info.n_row, "rows in the input"),
         RunEntry::new("data.n_sample", info.n_sample, "Stokes I samples used"),
         RunEntry::new("data.n_flagged", info.n_flagged, "Stokes I samples flagged"),
-        RunEntry::new("data.mean_freq", info.mean_freq_hz, "[Hz] weighted mean frequency"),
+        RunEntry::new(
+            "data.mean_freq",
+            info.mean_freq_hz,
+            "[Hz] weighted mean frequency",
+        ),
         RunEntry::new("data.max_uv", info.max_uv, "[wavelength] longest baseline"),
-        RunEntry::new("data.beam", info.beam_rad / ARCSEC, "[arcsec] width of the response, sigma"),
-        RunEntry::new("noise.weights", noise.weights_sigma_jy, "[Jy] sigma by the weights"),
+        RunEntry::new(
+            "data.beam",
+            info.beam_rad / ARCSEC,
+            "[arcsec] width of the response, sigma",
+        ),
+        RunEntry::new(
+            "noise.weights",
+            noise.weights_sigma_jy,
+            "[Jy] sigma by the weights",
+        ),
         RunEntry::new(
             "noise.data",
             noise.data_sigma_jy.unwrap_or(f64::NAN),
             "[Jy] sigma by differences in the data",
         ),
-        RunEntry::new("noise.weight_scale", noise.weight_scale, "factor on the file's weights"),
+        RunEntry::new(
+            "noise.weight_scale",
+            noise.weight_scale,
+            "factor on the file's weights",
+        ),
         RunEntry::new("search.n_tile", settings.tiles.len(), "tiles"),
         RunEntry::new("search.n_live", settings.n_live, "live points a tile"),
         RunEntry::new("search.n_eval", detection.n_eval, "likelihood evaluations"),
         RunEntry::new("search.n_mode", detection.modes.len(), "modes found"),
-        RunEntry::new("search.n_tile_searched", detection.n_tile_searched, "over all rounds"),
+        RunEntry::new(
+            "search.n_tile_searched",
+            detection.n_tile_searched,
+            "over all rounds",
+        ),
         RunEntry::new("search.n_source", detection.sources.len(), "sources"),
     ];
     let toml = config.to_toml();
@@ -260,7 +311,11 @@ fn run_entries(
             section = format!("{name}.");
         } else if let Some((key, value)) = line.split_once(" = ") {
             let value = value.trim_matches('"');
-            entries.push(RunEntry::new(&format!("config.{section}{key}"), value, "option"));
+            entries.push(RunEntry::new(
+                &format!("config.{section}{key}"),
+                value,
+                "option",
+            ));
         }
     }
     entries

@@ -1,5 +1,5 @@
 //! Integration tests, one module a topic.
 
-mod simulate;
 mod catalogue;
 mod sampler;
+mod simulate;

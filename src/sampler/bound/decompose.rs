@@ -86,6 +86,9 @@ impl Decomposition<'_> {
     /// A part of few points has no scale of its own, so it is parted again by that of its neighbours:
     /// two faint modes of two or three points each would otherwise share one vast ellipsoid.
     fn part(&self, whole: &Cluster, prior: Option<&DMatrix<f64>>) -> Option<Vec<Cluster>> {
+        if self.mode_dims.is_empty() {
+            return None;
+        }
         let mut parts = friends_of_friends(self.cloud, &whole.index, self.mode_dims);
         let mut typical = prior.cloned();
         // Each round takes pairs of modes apart that had inflated the typical covariance.
