@@ -86,7 +86,8 @@ pub fn run(
     let settings = Settings {
         field,
         tiles: tiles(&field, n_tile, beam_rad),
-        screening_beam_rad: (config.screening && n_tile > 1).then_some(beam_rad),
+        beam_rad,
+        screening: config.screening && n_tile > 1,
         prior: config.prior.source_prior(),
         cuts: Cuts {
             snr: config.snr_cut,

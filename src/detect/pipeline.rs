@@ -17,8 +17,10 @@ pub struct Settings<'a> {
     pub field: Region,
     /// Its tiles.
     pub tiles: Vec<Tile>,
-    /// Width of the beam where tiles are screened; none = every tile is searched.
-    pub screening_beam_rad: Option<f64>,
+    /// Width of the beam [rad].
+    pub beam_rad: f64,
+    /// Leave out tiles that cannot hold a source.
+    pub screening: bool,
     /// Prior of one source.
     pub prior: SourcePrior,
     /// What makes a mode a source.
@@ -212,6 +214,7 @@ fn refine(
         field: &settings.field,
         prior: &settings.prior,
         factory: settings.factory,
+        beam_rad: settings.beam_rad,
         n_live: settings.n_live_refine,
         seed: stream_seed(settings.seed, [3, round as u64, first as u64]),
     };
