@@ -74,7 +74,12 @@ pub(super) fn explore(
     loop {
         for (index, target) in queue.by_ref().take(IN_FLIGHT - active.len()) {
             let sampler = factory(target.sampler).map_err(|e| in_region(&target.region, e))?;
-            active.push(Active { index, target, sampler, n_restart: 0 });
+            active.push(Active {
+                index,
+                target,
+                sampler,
+                n_restart: 0,
+            });
         }
         if active.is_empty() {
             return Ok(n_eval);
@@ -90,7 +95,12 @@ pub(super) fn explore(
         active = going_on.into_iter().map(|(region, _)| region).collect();
         n_done += finished.len() as u64;
         for (
-            Active { index, target, sampler, .. },
+            Active {
+                index,
+                target,
+                sampler,
+                ..
+            },
             _,
         ) in finished
         {
@@ -116,7 +126,9 @@ fn ask_all(
         .map(|a| {
             let region = a.target.region;
             let u = a.ask(factory).map_err(|e| in_region(&region, e))?;
-            Ok(u.chunks_exact(N_DIM).map(|u| prior.source(&region, u)).collect())
+            Ok(u.chunks_exact(N_DIM)
+                .map(|u| prior.source(&region, u))
+                .collect())
         })
         .collect()
 }
@@ -128,7 +140,10 @@ impl Active {
             match self.sampler.ask() {
                 Ok(u) => return Ok(u.to_vec()),
                 Err(SamplerError::Stalled { log_l, .. }) if self.n_restart < MOST_RESTARTS => {
-                    tracing::debug!("region {} stalled at ln L = {log_l}; starting anew", self.index);
+                    tracing::debug!(
+                        "region {} stalled at ln L = {log_l}; starting anew",
+                        self.index
+                    );
                     self.n_restart += 1;
                     self.target.sampler.n_live *= 2;
                     self.sampler = factory(self.target.sampler)?;

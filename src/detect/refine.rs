@@ -47,11 +47,16 @@ impl Refinement<'_> {
                 n_eval += self.sample(dataset, sources, &group, round, observer)?;
             }
             // A source is sampled again only if a neighbour has moved since.
-            let moved: Vec<usize> =
-                moving.iter().copied().filter(|&i| !stands_still(&before[i], &sources[i])).collect();
+            let moved: Vec<usize> = moving
+                .iter()
+                .copied()
+                .filter(|&i| !stands_still(&before[i], &sources[i]))
+                .collect();
             moving.retain(|&i| {
                 let here = sources[i].mean.lm;
-                moved.iter().any(|&j| j != i && self.are_near(sources[j].mean.lm, here))
+                moved
+                    .iter()
+                    .any(|&j| j != i && self.are_near(sources[j].mean.lm, here))
             });
             if moving.is_empty() {
                 break;
@@ -71,7 +76,9 @@ impl Refinement<'_> {
         let mut groups: Vec<Vec<usize>> = Vec::new();
         for &i in which {
             let is_clear = |group: &&mut Vec<usize>| {
-                !group.iter().any(|&j| self.are_near(sources[i].mean.lm, sources[j].mean.lm))
+                !group
+                    .iter()
+                    .any(|&j| self.are_near(sources[i].mean.lm, sources[j].mean.lm))
             };
             match groups.iter_mut().find(is_clear) {
                 Some(group) => group.push(i),
@@ -99,10 +106,17 @@ impl Refinement<'_> {
             },
         };
         let targets = group.iter().map(target).collect();
-        explore(dataset, self.prior, self.factory, targets, observer, &mut |explored| {
-            let i = group[explored.index];
-            sources[i] = self.refined(&sources[i], &explored);
-        })
+        explore(
+            dataset,
+            self.prior,
+            self.factory,
+            targets,
+            observer,
+            &mut |explored| {
+                let i = group[explored.index];
+                sources[i] = self.refined(&sources[i], &explored);
+            },
+        )
     }
 
     fn region(&self, mode: &Mode) -> Region {
