@@ -16,6 +16,8 @@ const MARGIN_BEAMS: f64 = 0.7;
 pub struct Tile {
     /// Number, row after row from the south-west.
     pub id: usize,
+    /// The tile itself.
+    pub core: Region,
     /// The part of the sky that is sampled: the tile and its margin, inside the field.
     pub region: Region,
 }
@@ -33,6 +35,7 @@ pub fn tiles(field: &Region, n_tile: usize, beam_rad: f64) -> Vec<Tile> {
         };
         Tile {
             id,
+            core,
             region: core.grown(margin).clipped(field),
         }
     };
