@@ -1,8 +1,8 @@
 //! Each source sampled anew with all others removed, until the sources stand still.
 
 use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore, samples};
+use super::pipeline::stream_seed;
 use super::{DetectError, Mode, Observer};
-use crate::coords::Lm;
 use crate::dataset::Dataset;
 use crate::prior::{Region, SourcePrior};
 use crate::rime::Source;
@@ -16,6 +16,15 @@ const MOST_ROUNDS: usize = 12;
 /// Sources nearer than this many widths of the beam disturb each other.
 const NEAR_BEAMS: f64 = 6.0;
 
+/// A source on its way: the mode that it is now.
+#[derive(Debug, Clone)]
+pub(super) struct Found {
+    /// Index of the mode that it was found as.
+    pub(super) origin: usize,
+    /// Its posterior as it stands.
+    pub(super) mode: Mode,
+}
+
 /// Where and how sources are sampled again.
 pub(super) struct Refinement<'a> {
     pub(super) field: &'a Region,
@@ -23,63 +32,103 @@ pub(super) struct Refinement<'a> {
     pub(super) factory: &'a SamplerFactory<'a>,
     /// Width of the beam [rad].
     pub(super) beam_rad: f64,
+    /// Live points while sources still move.
+    pub(super) n_live_draft: usize,
+    /// Live points in the end.
     pub(super) n_live: usize,
     pub(super) seed: u64,
 }
 
 impl Refinement<'_> {
-    /// Replaces each mode from `first` on by the posterior with all the others removed; `dataset`
-    /// is left with all of them removed. Returns the likelihood evaluations.
-    pub(super) fn run(
+    /// Samples the sources from `first` on with all the others removed, roughly, until they stand
+    /// still; `dataset` is left with all of them removed. Returns the likelihood evaluations.
+    pub(super) fn settle(
         &self,
         dataset: &mut Dataset,
-        sources: &mut [Mode],
+        sources: &mut [Found],
         first: usize,
         observer: &mut dyn Observer,
     ) -> Result<u64, DetectError> {
         let mut n_eval = 0;
         let mut moving: Vec<usize> = (first..sources.len()).collect();
         for round in 0..MOST_ROUNDS {
-            observer.stage("refining sources", moving.len() as u64);
             let before = sources.to_vec();
-            for group in self.apart(sources, &moving) {
-                dataset.set_removed(means(sources));
-                n_eval += self.sample(dataset, sources, &group, round, observer)?;
-            }
+            let seed = stream_seed(self.seed, [1, first as u64, round as u64]);
+            n_eval += self.round(dataset, sources, &moving, self.n_live_draft, seed, observer)?;
             // A source is sampled again only if a neighbour has moved since.
-            let moved: Vec<usize> = moving
-                .iter()
-                .copied()
-                .filter(|&i| !stands_still(&before[i], &sources[i]))
-                .collect();
+            let stood = |&i: &usize| stands_still(&before[i].mode, &sources[i].mode);
+            let moved: Vec<usize> = moving.iter().copied().filter(|i| !stood(i)).collect();
             moving.retain(|&i| {
-                let here = sources[i].mean.lm;
                 moved
                     .iter()
-                    .any(|&j| j != i && self.are_near(sources[j].mean.lm, here))
+                    .any(|&j| j != i && self.are_near(sources, i, j))
             });
             if moving.is_empty() {
                 break;
             }
         }
+        Ok(n_eval)
+    }
+
+    /// Samples every source once more with all the others removed, in full.
+    pub(super) fn finish(
+        &self,
+        dataset: &mut Dataset,
+        sources: &mut [Found],
+        observer: &mut dyn Observer,
+    ) -> Result<u64, DetectError> {
+        let all: Vec<usize> = (0..sources.len()).collect();
+        let seed = stream_seed(self.seed, [2, 0, 0]);
+        self.round(dataset, sources, &all, self.n_live, seed, observer)
+    }
+
+    /// One pass over the sources `which`: near ones come one after the other, so that each sees
+    /// the latest of its neighbours.
+    fn round(
+        &self,
+        dataset: &mut Dataset,
+        sources: &mut [Found],
+        which: &[usize],
+        n_live: usize,
+        seed: u64,
+        observer: &mut dyn Observer,
+    ) -> Result<u64, DetectError> {
+        observer.stage("sampling sources", which.len() as u64);
+        let mut n_eval = 0;
+        for group in self.apart(sources, which) {
+            dataset.set_removed(means(sources));
+            let target = |&i: &usize| Target {
+                region: self.region(&sources[i].mode),
+                restored: vec![sources[i].mode.mean],
+                sampler: SamplerSettings {
+                    n_live,
+                    modes: false,
+                    seed: stream_seed(seed, [i as u64, 0, 0]),
+                },
+            };
+            let targets = group.iter().map(target).collect();
+            n_eval += explore(
+                dataset,
+                self.prior,
+                self.factory,
+                targets,
+                observer,
+                &mut |explored| {
+                    let mode = &mut sources[group[explored.index]].mode;
+                    *mode = self.refined(mode, &explored);
+                },
+            )?;
+        }
         dataset.set_removed(means(sources));
         Ok(n_eval)
     }
 
-    fn are_near(&self, a: Lm, b: Lm) -> bool {
-        (a.l - b.l).hypot(a.m - b.m) < NEAR_BEAMS * self.beam_rad
-    }
-
-    /// Groups of sources that can be sampled at the same time: near ones come one after the
-    /// other, so that each sees the latest of its neighbours.
-    fn apart(&self, sources: &[Mode], which: &[usize]) -> Vec<Vec<usize>> {
+    /// Groups of sources that can be sampled at the same time.
+    fn apart(&self, sources: &[Found], which: &[usize]) -> Vec<Vec<usize>> {
         let mut groups: Vec<Vec<usize>> = Vec::new();
         for &i in which {
-            let is_clear = |group: &&mut Vec<usize>| {
-                !group
-                    .iter()
-                    .any(|&j| self.are_near(sources[i].mean.lm, sources[j].mean.lm))
-            };
+            let is_clear =
+                |group: &&mut Vec<usize>| !group.iter().any(|&j| self.are_near(sources, i, j));
             match groups.iter_mut().find(is_clear) {
                 Some(group) => group.push(i),
                 None => groups.push(vec![i]),
@@ -88,35 +137,9 @@ impl Refinement<'_> {
         groups
     }
 
-    fn sample(
-        &self,
-        dataset: &mut Dataset,
-        sources: &mut [Mode],
-        group: &[usize],
-        round: usize,
-        observer: &mut dyn Observer,
-    ) -> Result<u64, DetectError> {
-        let target = |&i: &usize| Target {
-            region: self.region(&sources[i]),
-            restored: vec![sources[i].mean],
-            sampler: SamplerSettings {
-                n_live: self.n_live,
-                modes: false,
-                seed: super::pipeline::stream_seed(self.seed, [2, round as u64, i as u64]),
-            },
-        };
-        let targets = group.iter().map(target).collect();
-        explore(
-            dataset,
-            self.prior,
-            self.factory,
-            targets,
-            observer,
-            &mut |explored| {
-                let i = group[explored.index];
-                sources[i] = self.refined(&sources[i], &explored);
-            },
-        )
+    fn are_near(&self, sources: &[Found], i: usize, j: usize) -> bool {
+        let (a, b) = (sources[i].mode.mean.lm, sources[j].mode.mean.lm);
+        (a.l - b.l).hypot(a.m - b.m) < NEAR_BEAMS * self.beam_rad
     }
 
     fn region(&self, mode: &Mode) -> Region {
@@ -145,8 +168,8 @@ impl Refinement<'_> {
     }
 }
 
-fn means(sources: &[Mode]) -> Vec<Source> {
-    sources.iter().map(|mode| mode.mean).collect()
+fn means(sources: &[Found]) -> Vec<Source> {
+    sources.iter().map(|found| found.mode.mean).collect()
 }
 
 fn stands_still(old: &Mode, new: &Mode) -> bool {

@@ -4,7 +4,7 @@ use crate::coords::Lm;
 use crate::prior::Region;
 
 /// Live points that should fall into the basin of a source.
-const LIVE_POINTS_PER_BASIN: f64 = 30.0;
+const LIVE_POINTS_PER_BASIN: f64 = 18.0;
 /// Radius of a basin in widths of the beam: there, a source twice above the noise peaks still
 /// rises above them.
 const BASIN_RADIUS_BEAMS: f64 = 1.5;
