@@ -44,7 +44,7 @@ impl Ellipticity {
 ///
 /// # Source
 /// Malyali et al. (2018), section 2; Rivi & Miller (2018), equation 5.
-pub trait Shape {
+pub trait Shape: std::fmt::Debug + Sync {
     /// F at elliptical radius squared `q`.
     fn factor(&self, q: f64) -> f64;
 
@@ -174,9 +174,9 @@ mod tests {
 
     #[test]
     fn widths_halve_the_profile() {
-        let half = 0.5 * Profile::Exponential.fwhm_per_scale();
+        let half = 0.5 * Exponential.fwhm_per_scale();
         assert!(((-half).exp() - 0.5).abs() < 1e-15);
-        let half = 0.5 * Profile::Gaussian.fwhm_per_scale();
+        let half = 0.5 * Gaussian.fwhm_per_scale();
         assert!(((-0.5 * half * half).exp() - 0.5).abs() < 1e-15);
     }
 }
