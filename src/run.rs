@@ -23,7 +23,7 @@ pub use outcome::Outcome;
 /// Modes closer than this are one source, however well they are measured (method section 4).
 const MERGE_FLOOR_RAD: f64 = 0.4 * ARCSEC;
 /// Live points about a single source, whose posterior is one piece.
-const N_LIVE_SOURCE: usize = 400;
+const N_LIVE_SOURCE: usize = 300;
 
 /// A run failed.
 #[derive(Debug, thiserror::Error)]
