@@ -25,8 +25,7 @@
 
 mod chunk;
 mod error;
-mod fits;
-pub mod tables;
+pub mod fits;
 mod observation;
 mod open;
 mod reader;
