@@ -1,6 +1,6 @@
 //! Provenance: what the headers say about data and run.
 
-use vis2cat_formats::tables::{Cards, Keyword};
+use vis2cat_formats::fits::{Cards, Keyword};
 
 use super::posterior::fwhm_per_scale;
 use super::row::Flags;
