@@ -70,7 +70,7 @@ impl MemoryFits {
             ffomem(
                 &raw mut handle,
                 c"memory".as_ptr(),
-                if mode == FileOpenMode::READONLY { 0 } else { 1 },
+                c_int::from(mode == FileOpenMode::READWRITE),
                 &raw mut memory.start,
                 &raw mut memory.size,
                 0,

@@ -191,7 +191,9 @@ impl Table {
         let values = self.fits.read_numbers(column + 1, count, missing);
         let mut values = values.map_err(|e| refused(place, name, &e))?;
         if form.letter == b'L' {
-            values.iter_mut().for_each(|value| *value = truth(*value));
+            for value in &mut values {
+                *value = truth(*value);
+            }
         }
         Ok(Some(Numbers { repeat, values }))
     }
