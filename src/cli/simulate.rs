@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{ArgGroup, Args, ValueEnum};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use vis2cat_formats::tables::refuse_existing;
+use vis2cat_formats::fits::refuse_existing;
 use vis2cat_formats::{Corr, UvfitsWriter, VisWriter};
 
 use super::{CommonArgs, progress::Bar, say};
