@@ -54,11 +54,12 @@ impl RunError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Detect(_) => 1,
-            Self::Config(_) | Self::Simulate(SimulateError::Parameter { .. }) => 2,
-            Self::Simulate(SimulateError::NoEarthOrientation { .. }) => 2,
-            Self::Dataset(_) | Self::Read(_) => 3,
-            Self::Simulate(SimulateError::Write(_)) | Self::Write(_) => 4,
-            Self::Simulate(_) => 3,
+            Self::Config(_)
+            | Self::Simulate(
+                SimulateError::Parameter { .. } | SimulateError::NoEarthOrientation { .. },
+            ) => 2,
+            Self::Write(_) | Self::Simulate(SimulateError::Write(_)) => 4,
+            Self::Dataset(_) | Self::Read(_) | Self::Simulate(_) => 3,
         }
     }
 }
