@@ -153,9 +153,9 @@ fn mode(mode_id: i64, status: Status, source_id: Option<i64>) -> ModeRow {
 
 fn run_entries() -> Vec<RunEntry> {
     vec![
-        RunEntry::new("sampler.n_live", &400, "live points"),
+        RunEntry::new("sampler.n_live", 400, "live points"),
         RunEntry::new("input", "données.uvfits", ""),
-        RunEntry::new("long", &"v".repeat(300), "longer than any card"),
+        RunEntry::new("long", "v".repeat(300), "longer than any card"),
     ]
 }
 
