@@ -25,6 +25,10 @@ const MERGE_FLOOR_RAD: f64 = 0.4 * ARCSEC;
 /// Live points about a single source, whose posterior is one piece.
 const N_LIVE_SOURCE: usize = 300;
 
+/// Evaluations a live point after which a sampler has stalled: several times what a well-shaped
+/// posterior takes.
+const MAX_EVAL_PER_LIVE_POINT: u64 = 1500;
+
 /// A run failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -175,6 +179,7 @@ fn sampler(config: &Config, settings: SamplerSettings) -> Result<Box<dyn Sampler
             },
             efficiency: config.efficiency,
             tolerance: config.tolerance,
+            max_eval: Some(MAX_EVAL_PER_LIVE_POINT * settings.n_live as u64),
             seed: settings.seed,
             ..MultiNestConfig::new(N_DIM, settings.n_live)
         })?)),

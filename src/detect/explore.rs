@@ -50,6 +50,8 @@ pub(super) struct Explored {
     pub(super) index: usize,
     pub(super) region: Region,
     pub(super) run: NestedRun,
+    /// The sampler was stopped before it had the whole evidence.
+    pub(super) is_unfinished: bool,
 }
 
 struct Active {
@@ -57,6 +59,7 @@ struct Active {
     target: Target,
     sampler: Box<dyn Sampler>,
     n_restart: u32,
+    is_unfinished: bool,
 }
 
 /// Explores all targets and hands each to `done` as it finishes; returns the likelihood evaluations.
@@ -79,6 +82,7 @@ pub(super) fn explore(
                 target,
                 sampler,
                 n_restart: 0,
+                is_unfinished: false,
             });
         }
         if active.is_empty() {
@@ -94,21 +98,13 @@ pub(super) fn explore(
             .partition(|(_, points)| !points.is_empty());
         active = going_on.into_iter().map(|(region, _)| region).collect();
         n_done += finished.len() as u64;
-        for (
-            Active {
-                index,
-                target,
-                sampler,
-                ..
-            },
-            _,
-        ) in finished
-        {
-            tracing::debug!("region {index}: {:?}", sampler.progress());
+        for (region, _) in finished {
+            tracing::debug!("region {}: {:?}", region.index, region.sampler.progress());
             done(Explored {
-                index,
-                region: target.region,
-                run: sampler.finish(),
+                index: region.index,
+                region: region.target.region,
+                is_unfinished: region.is_unfinished,
+                run: region.sampler.finish(),
             });
         }
         observer.advance(n_done, n_eval);
@@ -134,19 +130,24 @@ fn ask_all(
 }
 
 impl Active {
-    /// The sampler's points; a sampler that has stalled is replaced by one of more live points.
+    /// The sampler's points; none = finished.
+    ///
+    /// A search that makes no headway ends with what it has: its best modes are sampled again as
+    /// sources, and its tile is screened again without them. A source's own posterior must be
+    /// complete: its sampler is replaced by one of more live points.
     fn ask(&mut self, factory: &SamplerFactory<'_>) -> Result<Vec<f64>, SamplerError> {
         loop {
+            let settings = &mut self.target.sampler;
             match self.sampler.ask() {
                 Ok(u) => return Ok(u.to_vec()),
-                Err(SamplerError::Stalled { log_l, .. }) if self.n_restart < MOST_RESTARTS => {
-                    tracing::debug!(
-                        "region {} stalled at ln L = {log_l}; starting anew",
-                        self.index
-                    );
+                Err(SamplerError::Stalled { .. }) if settings.modes => {
+                    self.is_unfinished = true;
+                    return Ok(Vec::new());
+                }
+                Err(SamplerError::Stalled { .. }) if self.n_restart < MOST_RESTARTS => {
                     self.n_restart += 1;
-                    self.target.sampler.n_live *= 2;
-                    self.sampler = factory(self.target.sampler)?;
+                    settings.n_live *= 2;
+                    self.sampler = factory(*settings)?;
                 }
                 Err(error) => return Err(error),
             }

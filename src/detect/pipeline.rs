@@ -50,6 +50,8 @@ pub struct Detection {
     pub log_z: Vec<f64>,
     /// Tiles that were searched, counted again each time.
     pub n_tile_searched: usize,
+    /// Searches that were stopped before they had the whole evidence of their tile.
+    pub n_tile_unfinished: usize,
 }
 
 /// A source and where it came from.
@@ -130,9 +132,7 @@ fn search(
     detection: &mut Detection,
     observer: &mut dyn Observer,
 ) -> Result<(), DetectError> {
-    let (mut modes, n_eval, log_z) = search_tiles(dataset, settings, tiles, round, observer)?;
-    detection.n_eval += n_eval;
-    detection.log_z.push(log_z);
+    let mut modes = search_tiles(dataset, settings, tiles, round, detection, observer)?;
     let removed: Vec<_> = sources.iter().map(|found| found.mode.mean).collect();
     accept(dataset, &removed, &mut modes, &settings.cuts)?;
     let first = detection.modes.len();
@@ -150,14 +150,15 @@ fn search(
     Ok(())
 }
 
-/// Every mode of the tiles, in order of tiles, with the evidence of all.
+/// Every mode of the tiles, in order of tiles.
 fn search_tiles(
     dataset: &mut Dataset,
     settings: &Settings,
     tiles: &[Tile],
     round: usize,
+    detection: &mut Detection,
     observer: &mut dyn Observer,
-) -> Result<(Vec<Mode>, u64, f64), DetectError> {
+) -> Result<Vec<Mode>, DetectError> {
     observer.stage("searching tiles", tiles.len() as u64);
     let target = |tile: &Tile| Target {
         region: tile.region,
@@ -170,25 +171,21 @@ fn search_tiles(
     };
     let mut found: Vec<(Vec<Mode>, f64)> = vec![(Vec::new(), f64::NEG_INFINITY); tiles.len()];
     let targets = tiles.iter().map(target).collect();
-    let n_eval = explore(
-        dataset,
-        &settings.prior,
-        settings.factory,
-        targets,
-        observer,
-        &mut |explored| {
-            let log_share = (explored.region.area() / settings.field.area()).ln();
-            let log_z = explored.run.evidence().log_z + log_share;
-            let tile = tiles[explored.index].id;
-            found[explored.index] = (modes_of(tile, &explored, settings, log_share), log_z);
-        },
-    )?;
-    let log_z = log_sum_exp(found.iter().map(|(_, log_z)| *log_z));
-    Ok((
-        found.into_iter().flat_map(|(modes, _)| modes).collect(),
-        n_eval,
-        log_z,
-    ))
+    let mut n_unfinished = 0;
+    let mut note = |explored: Explored| {
+        let log_share = (explored.region.area() / settings.field.area()).ln();
+        let log_z = explored.run.evidence().log_z + log_share;
+        let tile = tiles[explored.index].id;
+        n_unfinished += usize::from(explored.is_unfinished);
+        found[explored.index] = (modes_of(tile, &explored, settings, log_share), log_z);
+    };
+    let (prior, factory) = (&settings.prior, settings.factory);
+    detection.n_eval += explore(dataset, prior, factory, targets, observer, &mut note)?;
+    detection.n_tile_unfinished += n_unfinished;
+    detection
+        .log_z
+        .push(log_sum_exp(found.iter().map(|(_, log_z)| *log_z)));
+    Ok(found.into_iter().flat_map(|(modes, _)| modes).collect())
 }
 
 fn modes_of(tile: usize, explored: &Explored, settings: &Settings, log_share: f64) -> Vec<Mode> {

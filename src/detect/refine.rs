@@ -142,8 +142,11 @@ impl Refinement<'_> {
         (a.l - b.l).hypot(a.m - b.m) < NEAR_BEAMS * self.beam_rad
     }
 
+    /// Where the posterior of a source lies. A mode that was left before it was narrow, or after
+    /// it had become a single point, has at least the error that its signal-to-noise ratio allows.
     fn region(&self, mode: &Mode) -> Region {
-        let half = REGION_SIGMAS * mode.position_sigma_rad;
+        let least = self.beam_rad / mode.snr_peak().max(1.0);
+        let half = REGION_SIGMAS * mode.position_sigma_rad.max(least);
         Region::square(mode.mean.lm, 2.0 * half).clipped(self.field)
     }
 

@@ -285,6 +285,11 @@ fn run_entries(
         ),
         RunEntry::new("search.n_tile", settings.tiles.len(), "tiles"),
         RunEntry::new("search.n_live", settings.n_live, "live points a tile"),
+        RunEntry::new(
+            "search.n_tile_unfinished",
+            detection.n_tile_unfinished,
+            "searches stopped early",
+        ),
         RunEntry::new("search.n_eval", detection.n_eval, "likelihood evaluations"),
         RunEntry::new("search.n_mode", detection.modes.len(), "modes found"),
         RunEntry::new(
