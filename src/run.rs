@@ -172,7 +172,7 @@ fn sampler(config: &Config, settings: SamplerSettings) -> Result<Box<dyn Sampler
         SamplerKind::Multinest => Ok(Box::new(MultiNest::new(MultiNestConfig {
             // Modes are only to be seen here; each source is sampled again by itself.
             n_live_mode: 4,
-            mode_dims: if settings.modes {
+            mode_dims: if settings.search {
                 MODE_DIMS.to_vec()
             } else {
                 Vec::new()

@@ -1,12 +1,12 @@
 //! The whole of detection, readable aloud.
 
 use super::accept::{Cuts, accept};
-use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore, samples};
+use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore};
 use super::queue::Queue;
 use super::refine::{Found, Refinement};
 use super::{DetectError, Mode, Observer, Status, Tile};
 use crate::dataset::{Dataset, Request};
-use crate::prior::{Region, SourcePrior};
+use crate::prior::{Region, SourcePrior, Window};
 
 /// Rounds of screening, search and subtraction, before we let it be.
 const MOST_ROUNDS: usize = 200;
@@ -162,10 +162,11 @@ fn search_tiles(
     observer.stage("searching tiles", tiles.len() as u64);
     let target = |tile: &Tile| Target {
         region: tile.region,
+        window: Window::compact(),
         restored: Vec::new(),
         sampler: SamplerSettings {
             n_live: settings.n_live,
-            modes: true,
+            search: true,
             seed: stream_seed(settings.seed, [1, round as u64, tile.id as u64]),
         },
     };
@@ -173,11 +174,10 @@ fn search_tiles(
     let targets = tiles.iter().map(target).collect();
     let mut n_unfinished = 0;
     let mut note = |explored: Explored| {
-        let log_share = (explored.region.area() / settings.field.area()).ln();
-        let log_z = explored.run.evidence().log_z + log_share;
+        let log_z = explored.run.evidence().log_z + explored.log_share(&settings.field);
         let tile = tiles[explored.index].id;
         n_unfinished += usize::from(explored.is_unfinished);
-        found[explored.index] = (modes_of(tile, &explored, settings, log_share), log_z);
+        found[explored.index] = (modes_of(tile, &explored, settings), log_z);
     };
     let (prior, factory) = (&settings.prior, settings.factory);
     detection.n_eval += explore(dataset, prior, factory, targets, observer, &mut note)?;
@@ -188,12 +188,14 @@ fn search_tiles(
     Ok(found.into_iter().flat_map(|(modes, _)| modes).collect())
 }
 
-fn modes_of(tile: usize, explored: &Explored, settings: &Settings, log_share: f64) -> Vec<Mode> {
-    let Explored { region, run, .. } = explored;
-    run.modes()
+fn modes_of(tile: usize, explored: &Explored, settings: &Settings) -> Vec<Mode> {
+    let log_share = explored.log_share(&settings.field);
+    explored
+        .run
+        .modes()
         .into_iter()
         .map(|mode| {
-            let samples = samples(run, mode.samples.iter().copied(), region, &settings.prior);
+            let samples = explored.samples(mode.samples.iter().copied(), &settings.prior);
             let mode = Mode::new(tile, samples, mode.log_z + log_share, mode.log_z_err);
             if mode.best_log_l > 0.0 {
                 mode
