@@ -35,6 +35,7 @@ def arguments():
     parser.add_argument("--flux", nargs=2, type=float, default=[40.0, 300.0], help="[uJy]")
     parser.add_argument("--fov", type=float, default=10.0, help="side of the square [arcmin]")
     parser.add_argument("--min-snr", type=float, default=9.0)
+    parser.add_argument("--min-separation", type=float, default=0.0, help="[arcsec]")
     parser.add_argument("--ra", type=float, default=53.1, help="[deg]")
     parser.add_argument("--dec", type=float, default=-30.0, help="[deg]")
     parser.add_argument("--hours", type=float, default=8.0)
@@ -142,7 +143,8 @@ def population(args, rng, uvw, weight):
         l, m = rng.uniform(-half, half, 2)
         alpha = np.clip(np.exp(log_alpha), 0.1, 10) * ARCSEC
         snr = flux * 1e-6 * np.sqrt((weight * shape(uvw, alpha, e1, e2) ** 2).sum())
-        if snr >= args.min_snr:
+        near = any(np.hypot(l - s[0], m - s[1]) < args.min_separation * ARCSEC for s in sources)
+        if snr >= args.min_snr and not near:
             sources.append((l, m, flux * 1e-6, alpha, e1, e2, snr))
     return sources
 

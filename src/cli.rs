@@ -113,7 +113,7 @@ struct Flags {
     /// Sampler [default: multinest]
     #[arg(long, value_enum)]
     sampler: Option<SamplerKind>,
-    /// Live points of each tile [default: 200; 8000 with --tiles 1]
+    /// Live points of each tile [default: 120; 8000 with --tiles 1]
     #[arg(long, value_name = "N")]
     n_live: Option<usize>,
     /// Sampling efficiency [default: 0.8]

@@ -7,7 +7,7 @@ use crate::rime::shape::Profile;
 use crate::units::{ARCSEC, Angle, Flux, Memory, Range, UnitError};
 
 /// Live points of a tile, and of the paper's single global run.
-const N_LIVE_TILE: usize = 200;
+const N_LIVE_TILE: usize = 120;
 const N_LIVE_GLOBAL: usize = 8000;
 
 /// A configuration that makes no sense.
@@ -60,7 +60,7 @@ pub struct Config {
     pub engine: Engine,
     /// Which sampler explores a tile.
     pub sampler: SamplerKind,
-    /// Live points of each tile; none = 200, or 8000 where there is one tile.
+    /// Live points of each tile; none = 120, or 8000 where there is one tile.
     pub n_live: Option<usize>,
     /// Sampling efficiency: the volume of the ellipsoids is that of the live points over this.
     pub efficiency: f64,

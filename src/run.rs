@@ -22,8 +22,8 @@ pub use outcome::Outcome;
 
 /// Modes closer than this are one source, however well they are measured (method section 4).
 const MERGE_FLOOR_RAD: f64 = 0.4 * ARCSEC;
-/// Live points about a single source: its posterior is one piece.
-const N_LIVE_REFINE: usize = 400;
+/// Live points about a single source, whose posterior is one piece.
+const N_LIVE_SOURCE: usize = 300;
 
 /// A run failed.
 #[derive(Debug, thiserror::Error)]
@@ -86,7 +86,8 @@ pub fn run(
     let settings = Settings {
         field,
         tiles: tiles(&field, n_tile, beam_rad),
-        screening_beam_rad: (config.screening && n_tile > 1).then_some(beam_rad),
+        beam_rad,
+        screening: config.screening && n_tile > 1,
         prior: config.prior.source_prior(),
         cuts: Cuts {
             snr: config.snr_cut,
@@ -96,7 +97,7 @@ pub fn run(
         },
         factory: &|settings| sampler(config, settings),
         n_live: config.n_live_for(n_tile),
-        n_live_refine: N_LIVE_REFINE,
+        n_live_source: N_LIVE_SOURCE,
         refine: config.refine,
         seed: config.seed,
     };

@@ -13,6 +13,8 @@ use crate::units::ARCSEC;
 
 /// Regions explored at a time: enough points for a pass, few enough dead points to hold.
 const IN_FLIGHT: usize = 64;
+/// Times that a stalled sampler is replaced, with twice the live points each time.
+const MOST_RESTARTS: u32 = 3;
 /// A sample of less weight than this, of a total of one, is not worth keeping.
 const NO_WEIGHT: f64 = 1e-9;
 
@@ -54,6 +56,7 @@ struct Active {
     index: usize,
     target: Target,
     sampler: Box<dyn Sampler>,
+    n_restart: u32,
 }
 
 /// Explores all targets and hands each to `done` as it finishes; returns the likelihood evaluations.
@@ -68,7 +71,6 @@ pub(super) fn explore(
     let mut queue = targets.into_iter().enumerate();
     let mut active: Vec<Active> = Vec::new();
     let (mut n_eval, mut n_done) = (0, 0);
-    let mut n_pass = 0;
     loop {
         for (index, target) in queue.by_ref().take(IN_FLIGHT - active.len()) {
             let sampler = factory(target.sampler).map_err(|e| in_region(&target.region, e))?;
@@ -76,12 +78,13 @@ pub(super) fn explore(
                 index,
                 target,
                 sampler,
+                n_restart: 0,
             });
         }
         if active.is_empty() {
             return Ok(n_eval);
         }
-        let points = ask_all(&mut active, prior)?;
+        let points = ask_all(&mut active, prior, factory)?;
         n_eval += points.iter().map(|p| p.len() as u64).sum::<u64>();
         let log_l = evaluate(dataset, &active, &points)?;
         tell_all(&mut active, &log_l)?;
@@ -96,6 +99,7 @@ pub(super) fn explore(
                 index,
                 target,
                 sampler,
+                ..
             },
             _,
         ) in finished
@@ -108,31 +112,46 @@ pub(super) fn explore(
             });
         }
         observer.advance(n_done, n_eval);
-        n_pass += 1;
-        if n_pass % 200 == 0 {
-            for a in &active {
-                tracing::debug!(
-                    "region {} after {n_pass}: {:?}",
-                    a.index,
-                    a.sampler.progress()
-                );
-            }
-        }
     }
 }
 
 /// The points that each region wants evaluated; none = finished.
-fn ask_all(active: &mut [Active], prior: &SourcePrior) -> Result<Vec<Vec<Source>>, DetectError> {
+fn ask_all(
+    active: &mut [Active],
+    prior: &SourcePrior,
+    factory: &SamplerFactory<'_>,
+) -> Result<Vec<Vec<Source>>, DetectError> {
     active
         .par_iter_mut()
         .map(|a| {
             let region = a.target.region;
-            let u = a.sampler.ask().map_err(|e| in_region(&region, e))?;
+            let u = a.ask(factory).map_err(|e| in_region(&region, e))?;
             Ok(u.chunks_exact(N_DIM)
                 .map(|u| prior.source(&region, u))
                 .collect())
         })
         .collect()
+}
+
+impl Active {
+    /// The sampler's points; a sampler that has stalled is replaced by one of more live points.
+    fn ask(&mut self, factory: &SamplerFactory<'_>) -> Result<Vec<f64>, SamplerError> {
+        loop {
+            match self.sampler.ask() {
+                Ok(u) => return Ok(u.to_vec()),
+                Err(SamplerError::Stalled { log_l, .. }) if self.n_restart < MOST_RESTARTS => {
+                    tracing::debug!(
+                        "region {} stalled at ln L = {log_l}; starting anew",
+                        self.index
+                    );
+                    self.n_restart += 1;
+                    self.target.sampler.n_live *= 2;
+                    self.sampler = factory(self.target.sampler)?;
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
 }
 
 fn tell_all(active: &mut [Active], log_l: &[Vec<f64>]) -> Result<(), DetectError> {

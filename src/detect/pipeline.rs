@@ -3,7 +3,7 @@
 use super::accept::{Cuts, accept};
 use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore, samples};
 use super::queue::Queue;
-use super::refine::Refinement;
+use super::refine::{Found, Refinement};
 use super::{DetectError, Mode, Observer, Status, Tile};
 use crate::dataset::{Dataset, Request};
 use crate::prior::{Region, SourcePrior};
@@ -17,8 +17,10 @@ pub struct Settings<'a> {
     pub field: Region,
     /// Its tiles.
     pub tiles: Vec<Tile>,
-    /// Width of the beam where tiles are screened; none = every tile is searched.
-    pub screening_beam_rad: Option<f64>,
+    /// Width of the beam [rad].
+    pub beam_rad: f64,
+    /// Leave out tiles that cannot hold a source.
+    pub screening: bool,
     /// Prior of one source.
     pub prior: SourcePrior,
     /// What makes a mode a source.
@@ -28,7 +30,7 @@ pub struct Settings<'a> {
     /// Live points of a tile.
     pub n_live: usize,
     /// Live points about a single source.
-    pub n_live_refine: usize,
+    pub n_live_source: usize,
     /// Sample sources again with the others removed, and search again under them.
     pub refine: bool,
     /// Seed of every random stream.
@@ -71,7 +73,7 @@ pub fn detect(
     observer: &mut dyn Observer,
 ) -> Result<Detection, DetectError> {
     let mut detection = Detection::default();
-    let mut sources: Vec<(usize, Mode)> = Vec::new();
+    let mut sources: Vec<Found> = Vec::new();
     let mut queue = Queue::new(&settings.tiles);
     // Sources that were all sampled with all the others removed.
     let mut n_settled = 0;
@@ -81,7 +83,9 @@ pub fn detect(
             if n_settled == sources.len() || !settings.refine {
                 break;
             }
-            detection.n_eval += refine(dataset, settings, &mut sources, 0, round, observer)?;
+            let refinement = refinement(settings, round);
+            detection.n_eval += refinement.settle(dataset, &mut sources, 0, observer)?;
+            detection.n_eval += refinement.finish(dataset, &mut sources, observer)?;
             n_settled = sources.len();
             queue.reopen_faint();
             continue;
@@ -98,12 +102,13 @@ pub fn detect(
             observer,
         )?;
         if settings.refine && sources.len() > first {
-            detection.n_eval += refine(dataset, settings, &mut sources, first, round, observer)?;
+            let refinement = refinement(settings, round);
+            detection.n_eval += refinement.settle(dataset, &mut sources, first, observer)?;
             // A tile in which something was found may hold more. The global run is made once.
             let holds = |tile: &Tile| {
                 sources[first..]
                     .iter()
-                    .any(|(_, mode)| tile.region.contains(mode.mean.lm))
+                    .any(|found| tile.region.contains(found.mode.mean.lm))
             };
             let again = tiles
                 .into_iter()
@@ -121,21 +126,24 @@ fn search(
     settings: &Settings,
     tiles: &[Tile],
     round: usize,
-    sources: &mut Vec<(usize, Mode)>,
+    sources: &mut Vec<Found>,
     detection: &mut Detection,
     observer: &mut dyn Observer,
 ) -> Result<(), DetectError> {
     let (mut modes, n_eval, log_z) = search_tiles(dataset, settings, tiles, round, observer)?;
     detection.n_eval += n_eval;
     detection.log_z.push(log_z);
-    let removed: Vec<_> = sources.iter().map(|(_, mode)| mode.mean).collect();
+    let removed: Vec<_> = sources.iter().map(|found| found.mode.mean).collect();
     accept(dataset, &removed, &mut modes, &settings.cuts)?;
     let first = detection.modes.len();
     let new = modes
         .iter()
         .enumerate()
         .filter(|(_, mode)| mode.status == Status::Kept);
-    sources.extend(new.map(|(i, mode)| (first + i, mode.clone())));
+    sources.extend(new.map(|(i, mode)| Found {
+        origin: first + i,
+        mode: mode.clone(),
+    }));
     detection
         .modes
         .extend(modes.into_iter().map(Mode::without_samples));
@@ -199,38 +207,23 @@ fn modes_of(tile: usize, explored: &Explored, settings: &Settings, log_share: f6
         .collect()
 }
 
-/// Samples the sources from `first` on with all the others removed.
-fn refine(
-    dataset: &mut Dataset,
-    settings: &Settings,
-    sources: &mut [(usize, Mode)],
-    first: usize,
-    round: usize,
-    observer: &mut dyn Observer,
-) -> Result<u64, DetectError> {
-    let refinement = Refinement {
+fn refinement<'a>(settings: &'a Settings, round: usize) -> Refinement<'a> {
+    Refinement {
         field: &settings.field,
         prior: &settings.prior,
         factory: settings.factory,
-        n_live: settings.n_live_refine,
-        seed: stream_seed(settings.seed, [3, round as u64, first as u64]),
-    };
-    let mut modes: Vec<Mode> = sources.iter().map(|(_, mode)| mode.clone()).collect();
-    let n_eval = refinement.run(dataset, &mut modes, first, observer)?;
-    for ((_, old), new) in sources.iter_mut().zip(modes) {
-        *old = new;
+        beam_rad: settings.beam_rad,
+        n_live_draft: settings.n_live.min(settings.n_live_source),
+        n_live: settings.n_live_source,
+        seed: stream_seed(settings.seed, [3, round as u64, 0]),
     }
-    Ok(n_eval)
 }
 
 /// Evaluates every posterior sample once more for its signal-to-noise ratio; brightest first.
-fn with_snr(
-    dataset: &mut Dataset,
-    sources: Vec<(usize, Mode)>,
-) -> Result<Vec<Detected>, DetectError> {
+fn with_snr(dataset: &mut Dataset, sources: Vec<Found>) -> Result<Vec<Detected>, DetectError> {
     let requests: Vec<Request> = sources
         .iter()
-        .map(|(_, mode)| Request {
+        .map(|Found { mode, .. }| Request {
             points: mode
                 .samples
                 .iter()
@@ -244,16 +237,24 @@ fn with_snr(
     let mut sources: Vec<Detected> = sources
         .into_iter()
         .zip(&xy)
-        .map(|((mode, mut posterior), xy)| {
-            posterior.best_xy = *xy.last().unwrap_or(&posterior.best_xy);
-            let snr = posterior.samples.iter().zip(xy);
-            let snr = snr.map(|(s, xy)| s.weight * xy.snr(s.source.flux_jy)).sum();
-            Detected {
-                posterior,
-                mode,
-                snr,
-            }
-        })
+        .map(
+            |(
+                Found {
+                    origin,
+                    mode: mut posterior,
+                },
+                xy,
+            )| {
+                posterior.best_xy = *xy.last().unwrap_or(&posterior.best_xy);
+                let snr = posterior.samples.iter().zip(xy);
+                let snr = snr.map(|(s, xy)| s.weight * xy.snr(s.source.flux_jy)).sum();
+                Detected {
+                    posterior,
+                    mode: origin,
+                    snr,
+                }
+            },
+        )
         .collect();
     sources.sort_by(|a, b| {
         b.posterior

@@ -45,10 +45,11 @@ impl Queue {
         settings: &Settings,
         observer: &mut dyn Observer,
     ) -> Result<Vec<Tile>, DetectError> {
-        let Some(beam_rad) = settings.screening_beam_rad else {
-            return Ok(std::mem::take(&mut self.open));
-        };
         let tiles = std::mem::take(&mut self.open);
+        if !settings.screening {
+            return Ok(tiles);
+        }
+        let beam_rad = settings.beam_rad;
         let seen = screen(dataset, &tiles, &settings.prior, beam_rad, observer)?;
         let faintest = SEEN_FRACTION * settings.cuts.snr;
         let brightest = seen.iter().copied().fold(0.0, f64::max);

@@ -1,6 +1,7 @@
 //! Each source sampled anew with all others removed, until the sources stand still.
 
 use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore, samples};
+use super::pipeline::stream_seed;
 use super::{DetectError, Mode, Observer};
 use crate::dataset::Dataset;
 use crate::prior::{Region, SourcePrior};
@@ -11,76 +12,134 @@ const REGION_SIGMAS: f64 = 8.0;
 /// Sources stand still when none moves by more than this, in its own standard deviations.
 const STANDSTILL_SIGMAS: f64 = 0.15;
 /// Rounds after which they are taken as they are.
-const MOST_ROUNDS: usize = 3;
+const MOST_ROUNDS: usize = 12;
+/// Sources nearer than this many widths of the beam disturb each other.
+const NEAR_BEAMS: f64 = 6.0;
+
+/// A source on its way: the mode that it is now.
+#[derive(Debug, Clone)]
+pub(super) struct Found {
+    /// Index of the mode that it was found as.
+    pub(super) origin: usize,
+    /// Its posterior as it stands.
+    pub(super) mode: Mode,
+}
 
 /// Where and how sources are sampled again.
 pub(super) struct Refinement<'a> {
     pub(super) field: &'a Region,
     pub(super) prior: &'a SourcePrior,
     pub(super) factory: &'a SamplerFactory<'a>,
+    /// Width of the beam [rad].
+    pub(super) beam_rad: f64,
+    /// Live points while sources still move.
+    pub(super) n_live_draft: usize,
+    /// Live points in the end.
     pub(super) n_live: usize,
     pub(super) seed: u64,
 }
 
 impl Refinement<'_> {
-    /// Replaces each mode from `first` on by the posterior with all the others removed; `dataset` is left with
-    /// all of them removed. Returns the likelihood evaluations.
-    pub(super) fn run(
+    /// Samples the sources from `first` on with all the others removed, roughly, until they stand
+    /// still; `dataset` is left with all of them removed. Returns the likelihood evaluations.
+    pub(super) fn settle(
         &self,
         dataset: &mut Dataset,
-        sources: &mut [Mode],
+        sources: &mut [Found],
         first: usize,
         observer: &mut dyn Observer,
     ) -> Result<u64, DetectError> {
         let mut n_eval = 0;
+        let mut moving: Vec<usize> = (first..sources.len()).collect();
         for round in 0..MOST_ROUNDS {
-            observer.stage("refining sources", (sources.len() - first) as u64);
-            dataset.set_removed(means(sources));
             let before = sources.to_vec();
-            n_eval += self.round(dataset, &mut sources[first..], round, observer)?;
-            if before
-                .iter()
-                .zip(&*sources)
-                .all(|(old, new)| stands_still(old, new))
-            {
+            let seed = stream_seed(self.seed, [1, first as u64, round as u64]);
+            n_eval += self.round(dataset, sources, &moving, self.n_live_draft, seed, observer)?;
+            // A source is sampled again only if a neighbour has moved since.
+            let stood = |&i: &usize| stands_still(&before[i].mode, &sources[i].mode);
+            let moved: Vec<usize> = moving.iter().copied().filter(|i| !stood(i)).collect();
+            moving.retain(|&i| {
+                moved
+                    .iter()
+                    .any(|&j| j != i && self.are_near(sources, i, j))
+            });
+            if moving.is_empty() {
                 break;
             }
+        }
+        Ok(n_eval)
+    }
+
+    /// Samples every source once more with all the others removed, in full.
+    pub(super) fn finish(
+        &self,
+        dataset: &mut Dataset,
+        sources: &mut [Found],
+        observer: &mut dyn Observer,
+    ) -> Result<u64, DetectError> {
+        let all: Vec<usize> = (0..sources.len()).collect();
+        let seed = stream_seed(self.seed, [2, 0, 0]);
+        self.round(dataset, sources, &all, self.n_live, seed, observer)
+    }
+
+    /// One pass over the sources `which`: near ones come one after the other, so that each sees
+    /// the latest of its neighbours.
+    fn round(
+        &self,
+        dataset: &mut Dataset,
+        sources: &mut [Found],
+        which: &[usize],
+        n_live: usize,
+        seed: u64,
+        observer: &mut dyn Observer,
+    ) -> Result<u64, DetectError> {
+        observer.stage("sampling sources", which.len() as u64);
+        let mut n_eval = 0;
+        for group in self.apart(sources, which) {
+            dataset.set_removed(means(sources));
+            let target = |&i: &usize| Target {
+                region: self.region(&sources[i].mode),
+                restored: vec![sources[i].mode.mean],
+                sampler: SamplerSettings {
+                    n_live,
+                    modes: false,
+                    seed: stream_seed(seed, [i as u64, 0, 0]),
+                },
+            };
+            let targets = group.iter().map(target).collect();
+            n_eval += explore(
+                dataset,
+                self.prior,
+                self.factory,
+                targets,
+                observer,
+                &mut |explored| {
+                    let mode = &mut sources[group[explored.index]].mode;
+                    *mode = self.refined(mode, &explored);
+                },
+            )?;
         }
         dataset.set_removed(means(sources));
         Ok(n_eval)
     }
 
-    fn round(
-        &self,
-        dataset: &mut Dataset,
-        sources: &mut [Mode],
-        round: usize,
-        observer: &mut dyn Observer,
-    ) -> Result<u64, DetectError> {
-        let targets = sources
-            .iter()
-            .enumerate()
-            .map(|(i, mode)| Target {
-                region: self.region(mode),
-                restored: vec![mode.mean],
-                sampler: SamplerSettings {
-                    n_live: self.n_live,
-                    modes: false,
-                    seed: super::pipeline::stream_seed(self.seed, [2, round as u64, i as u64]),
-                },
-            })
-            .collect();
-        explore(
-            dataset,
-            self.prior,
-            self.factory,
-            targets,
-            observer,
-            &mut |explored| {
-                let old = &sources[explored.index];
-                sources[explored.index] = self.refined(old, &explored);
-            },
-        )
+    /// Groups of sources that can be sampled at the same time.
+    fn apart(&self, sources: &[Found], which: &[usize]) -> Vec<Vec<usize>> {
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for &i in which {
+            let is_clear =
+                |group: &&mut Vec<usize>| !group.iter().any(|&j| self.are_near(sources, i, j));
+            match groups.iter_mut().find(is_clear) {
+                Some(group) => group.push(i),
+                None => groups.push(vec![i]),
+            }
+        }
+        groups
+    }
+
+    fn are_near(&self, sources: &[Found], i: usize, j: usize) -> bool {
+        let (a, b) = (sources[i].mode.mean.lm, sources[j].mode.mean.lm);
+        (a.l - b.l).hypot(a.m - b.m) < NEAR_BEAMS * self.beam_rad
     }
 
     fn region(&self, mode: &Mode) -> Region {
@@ -109,8 +168,8 @@ impl Refinement<'_> {
     }
 }
 
-fn means(sources: &[Mode]) -> Vec<Source> {
-    sources.iter().map(|mode| mode.mean).collect()
+fn means(sources: &[Found]) -> Vec<Source> {
+    sources.iter().map(|found| found.mode.mean).collect()
 }
 
 fn stands_still(old: &Mode, new: &Mode) -> bool {

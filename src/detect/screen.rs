@@ -13,9 +13,10 @@ use crate::rime::Source;
 use crate::rime::shape::Ellipticity;
 
 /// Spacing of the grid in widths of the beam.
-const SPACING_BEAMS: f64 = 0.8;
-/// Part of its signal-to-noise ratio that a source keeps at the nearest grid point (0.85 at 0.57
-/// beams) under the nearest template (0.9 for the longest disks), and some to spare.
+const SPACING_BEAMS: f64 = 0.9;
+/// Part of its signal-to-noise ratio that a source keeps at the nearest grid point (at least 0.82,
+/// half a cell's diagonal or 0.64 beams away) under the nearest template (0.9 for the longest
+/// disks), and a little to spare.
 pub(super) const SEEN_FRACTION: f64 = 0.7;
 /// Points evaluated at a time.
 const BATCH: usize = 1 << 16;
@@ -34,7 +35,7 @@ pub(super) fn screen(
     let mut batch: Vec<(usize, Source)> = Vec::new();
     let mut n_eval = 0;
     for (i, tile) in tiles.iter().enumerate() {
-        for lm in grid(&tile.region, SPACING_BEAMS * beam_rad) {
+        for lm in grid(&tile.core, SPACING_BEAMS * beam_rad) {
             let template = |scale_rad| Source {
                 lm,
                 flux_jy: 1.0,

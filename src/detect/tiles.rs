@@ -4,7 +4,7 @@ use crate::coords::Lm;
 use crate::prior::Region;
 
 /// Live points that should fall into the basin of a source.
-const LIVE_POINTS_PER_BASIN: f64 = 30.0;
+const LIVE_POINTS_PER_BASIN: f64 = 18.0;
 /// Radius of a basin in widths of the beam: there, a source twice above the noise peaks still
 /// rises above them.
 const BASIN_RADIUS_BEAMS: f64 = 1.5;
@@ -16,6 +16,8 @@ const MARGIN_BEAMS: f64 = 0.7;
 pub struct Tile {
     /// Number, row after row from the south-west.
     pub id: usize,
+    /// The tile itself.
+    pub core: Region,
     /// The part of the sky that is sampled: the tile and its margin, inside the field.
     pub region: Region,
 }
@@ -33,6 +35,7 @@ pub fn tiles(field: &Region, n_tile: usize, beam_rad: f64) -> Vec<Tile> {
         };
         Tile {
             id,
+            core,
             region: core.grown(margin).clipped(field),
         }
     };

@@ -17,7 +17,7 @@ pub fn plain_xy(block: &VisBlock, source: &Source, profile: Profile) -> Xy {
     for k in 0..block.len() {
         let (u, v, w) = (block.u[k], block.v[k], block.w[k]);
         let (sin, cos) = (TAU * phase_turns(source, u, v, w)).sin_cos();
-        let factor = profile.factor(form.at(u, v));
+        let factor = profile.shape().factor(form.at(u, v));
         let (re, im) = (block.weighted_re[k] as f64, block.weighted_im[k] as f64);
         sum.x += factor * (re * cos + im * sin);
         sum.y += block.weight[k] as f64 * factor * factor;

@@ -20,7 +20,7 @@ pub fn predict(source: &Source, profile: Profile, u: f64, v: f64, w: f64) -> Com
     let q = QuadraticForm::new(source.scale_rad, source.e).at(u, v);
     let phase = phase_turns(source, u, v, w);
     Complex::from_polar(
-        source.flux_jy * profile.factor(q),
+        source.flux_jy * profile.shape().factor(q),
         TAU * (phase - phase.round()),
     )
 }

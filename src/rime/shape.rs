@@ -16,7 +16,7 @@ mod form;
 pub use axes::Axes;
 pub use form::QuadraticForm;
 
-use std::f64::consts::PI;
+use std::f64::consts::{LN_2, PI};
 
 /// Ellipticity (e1, e2), |e| = (a - b)/(a + b); the major axis lies at atan2(e2, e1)/2 from l
 /// (east) towards m (north).
@@ -35,54 +35,88 @@ impl Ellipticity {
     }
 }
 
-/// Family of radial profiles.
+/// A radial profile of unit flux density.
 ///
-/// One enum, not a trait object: the kernels choose their inner loop by it, once a source.
+/// | function | meaning |
+/// |---|---|
+/// | `factor` | F at q = α²(k1² + k2²); 1 at q = 0, so that the flux density is the total one |
+/// | `fwhm_per_scale` | full width at half maximum on the sky in units of α |
+///
+/// # Source
+/// Malyali et al. (2018), section 2; Rivi & Miller (2018), equation 5.
+pub trait Shape: std::fmt::Debug + Sync {
+    /// F at elliptical radius squared `q`.
+    fn factor(&self, q: f64) -> f64;
+
+    /// Full width at half maximum of the brightness over the scale-length α.
+    fn fwhm_per_scale(&self) -> f64;
+}
+
+/// Exponential (Sersic n = 1) disk, brightness exp(-r/α)/(2πα²): F = (1 + 4π² q)^(-3/2).
+#[derive(Debug, Clone, Copy)]
+pub struct Exponential;
+
+/// Gaussian, brightness exp(-r²/2α²)/(2πα²): F = exp(-2π² q).
+#[derive(Debug, Clone, Copy)]
+pub struct Gaussian;
+
+/// Point: F = 1.
+#[derive(Debug, Clone, Copy)]
+pub struct Point;
+
+impl Shape for Exponential {
+    fn factor(&self, q: f64) -> f64 {
+        let t = 1.0 + 4.0 * PI * PI * q;
+        1.0 / (t * t.sqrt())
+    }
+
+    fn fwhm_per_scale(&self) -> f64 {
+        2.0 * LN_2
+    }
+}
+
+impl Shape for Gaussian {
+    fn factor(&self, q: f64) -> f64 {
+        (-2.0 * PI * PI * q).exp()
+    }
+
+    fn fwhm_per_scale(&self) -> f64 {
+        (8.0 * LN_2).sqrt()
+    }
+}
+
+impl Shape for Point {
+    fn factor(&self, _q: f64) -> f64 {
+        1.0
+    }
+
+    fn fwhm_per_scale(&self) -> f64 {
+        0.0
+    }
+}
+
+/// The shapes that a user can choose; the kernels choose their inner loop by it, once a source.
 #[derive(
     Debug, Clone, Copy, Default, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize,
 )]
 #[serde(rename_all = "lowercase")]
 pub enum Profile {
-    /// Exponential (Sersic n = 1) disk: F = (1 + 4π²α²k²)^(-3/2), α the scale-length.
+    /// [`Exponential`], α the scale-length.
     #[default]
     Exponential,
-    /// Gaussian: F = exp(-2π²α²k²), α the standard deviation.
+    /// [`Gaussian`], α the standard deviation.
     Gaussian,
-    /// Point: F = 1.
+    /// [`Point`].
     Point,
 }
 
 impl Profile {
-    /// F at q = α²(k1² + k2²); F(0) = 1, so that the flux density is the total one.
-    ///
-    /// # Formula
-    /// ```text
-    /// exponential  F = (1 + 4π² q)^(-3/2)     transform of exp(-r/α) / (2πα²)
-    /// Gaussian     F = exp(-2π² q)            transform of exp(-r²/2α²) / (2πα²)
-    /// point        F = 1
-    /// ```
-    ///
-    /// # Source
-    /// Malyali et al. (2018), section 2; Rivi & Miller (2018), equation 5.
-    pub fn factor(self, q: f64) -> f64 {
+    /// The shape of that name.
+    pub fn shape(self) -> &'static dyn Shape {
         match self {
-            Profile::Exponential => {
-                let t = 1.0 + 4.0 * PI * PI * q;
-                1.0 / (t * t.sqrt())
-            }
-            Profile::Gaussian => (-2.0 * PI * PI * q).exp(),
-            Profile::Point => 1.0,
-        }
-    }
-
-    /// Full width at half maximum of the profile on the sky in units of α: 2 ln 2 for the
-    /// exponential, 2 sqrt(2 ln 2) for the Gaussian, 0 for the point.
-    pub fn fwhm_per_scale(self) -> f64 {
-        use std::f64::consts::LN_2;
-        match self {
-            Profile::Exponential => 2.0 * LN_2,
-            Profile::Gaussian => 2.0 * (2.0 * LN_2).sqrt(),
-            Profile::Point => 0.0,
+            Self::Exponential => &Exponential,
+            Self::Gaussian => &Gaussian,
+            Self::Point => &Point,
         }
     }
 }
@@ -94,11 +128,11 @@ mod tests {
     #[test]
     fn factors_have_their_values_at_known_radii() {
         let q = 1.0 / (4.0 * PI * PI);
-        assert!((Profile::Exponential.factor(3.0 * q) - 0.125).abs() < 1e-15);
-        assert!((Profile::Gaussian.factor(2.0 * q) - (-1.0f64).exp()).abs() < 1e-15);
-        assert_eq!(Profile::Point.factor(3.0), 1.0);
+        assert!((Exponential.factor(3.0 * q) - 0.125).abs() < 1e-15);
+        assert!((Gaussian.factor(2.0 * q) - (-1.0f64).exp()).abs() < 1e-15);
+        assert_eq!(Point.factor(3.0), 1.0);
         for profile in [Profile::Exponential, Profile::Gaussian, Profile::Point] {
-            assert_eq!(profile.factor(0.0), 1.0);
+            assert_eq!(profile.shape().factor(0.0), 1.0);
         }
     }
 
@@ -129,7 +163,7 @@ mod tests {
         for profile in [Profile::Exponential, Profile::Gaussian] {
             for (u, v) in [(0.1, 0.0), (0.0, 0.1), (0.07, -0.11), (0.07, 0.11)] {
                 let expected = factor_by_sky_sum(profile, e, u, v);
-                let factor = profile.factor(form.at(u, v));
+                let factor = profile.shape().factor(form.at(u, v));
                 assert!(
                     (factor - expected).abs() < 2e-3,
                     "{profile:?} at ({u}, {v}): {factor}, {expected}"
@@ -140,9 +174,9 @@ mod tests {
 
     #[test]
     fn widths_halve_the_profile() {
-        let half = 0.5 * Profile::Exponential.fwhm_per_scale();
+        let half = 0.5 * Exponential.fwhm_per_scale();
         assert!(((-half).exp() - 0.5).abs() < 1e-15);
-        let half = 0.5 * Profile::Gaussian.fwhm_per_scale();
+        let half = 0.5 * Gaussian.fwhm_per_scale();
         assert!(((-0.5 * half * half).exp() - 0.5).abs() < 1e-15);
     }
 }

@@ -6,89 +6,52 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex;
 
-use crate::rime::{Source, shape::Profile};
+use crate::rime::Source;
+use crate::rime::shape::{Profile, QuadraticForm, Shape};
 use crate::units::SPEED_OF_LIGHT;
 
 /// A source, ready to be evaluated at many (u, v, w) in metres.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Component {
-    flux_jy: f64,
-    /// Delay per metre of (u, v, w): (l, m, n - 1)/c [s/m].
-    delay_s_per_m: [f64; 3],
-    /// The shape's quadratic form in (u, v): 4π²α²(k1² + k2²) f⁻² = a u² + b u v + c v² [s²/m²].
-    form: [f64; 3],
-    profile: Profile,
+    source: Source,
+    form: QuadraticForm,
+    shape: &'static dyn Shape,
 }
 
 impl Component {
     /// The component of `source` with `profile`.
-    ///
-    /// # Formula
-    /// ```text
-    /// k1 = ((1+e1) u + e2 v)/det     k2 = (e2 u + (1-e1) v)/det     det = 1 - e1² - e2²
-    /// ```
     pub(super) fn new(source: &Source, profile: Profile) -> Self {
-        let (e1, e2) = (source.e.e1, source.e.e2);
-        let det = 1.0 - e1 * e1 - e2 * e2;
-        let alpha_rad = if profile == Profile::Point {
-            0.0
-        } else {
-            source.scale_rad
-        };
-        let scale = (TAU * alpha_rad / (det * SPEED_OF_LIGHT)).powi(2);
-        let (p, q) = (1.0 + e1, 1.0 - e1);
-        Self {
-            flux_jy: source.flux_jy,
-            delay_s_per_m: [source.lm.l, source.lm.m, source.lm.n_minus_1()]
-                .map(|x| x / SPEED_OF_LIGHT),
-            form: [
-                scale * (p * p + e2 * e2),
-                scale * 2.0 * e2 * (p + q),
-                scale * (e2 * e2 + q * q),
-            ],
-            profile,
-        }
+        let form = QuadraticForm::new(source.scale_rad, source.e);
+        Self { source: *source, form, shape: profile.shape() }
     }
 
     /// Adds the component to `vis_jy_f`, the channels `freq_hz_f` of a baseline, and returns the sum
     /// of F² over them.
     ///
     /// # Formula
-    /// `V = S F(u, v) exp(+2πi (u l + v m + w (n - 1)))`, see [`vis2cat_formats`].
+    /// `V = S F(u, v) exp(+2πi (u l + v m + w (n - 1)))`, see [`vis2cat_formats`]. Phase and the
+    /// square root of q grow with the frequency, so both are worked out once a baseline.
     pub(super) fn add_to(
         &self,
         uvw_m: [f64; 3],
         freq_hz_f: &[f64],
         vis_jy_f: &mut [Complex<f64>],
     ) -> f64 {
-        let [u_m, v_m, w_m] = uvw_m;
-        let [l, m, n_minus_1] = self.delay_s_per_m;
-        let [a, b, c] = self.form;
-        let delay_s = u_m * l + v_m * m + w_m * n_minus_1;
-        let form_s2 = a * u_m * u_m + b * u_m * v_m + c * v_m * v_m;
+        let [u_s, v_s, w_s] = uvw_m.map(|metres| metres / SPEED_OF_LIGHT);
+        let lm = self.source.lm;
+        let delay_s = u_s * lm.l + v_s * lm.m + w_s * lm.n_minus_1();
+        let q_s2 = self.form.at(u_s, v_s);
         let mut sum_f2 = 0.0;
         for (vis_jy, &freq_hz) in vis_jy_f.iter_mut().zip(freq_hz_f) {
-            let factor = attenuation(self.profile, form_s2 * freq_hz * freq_hz);
+            let factor = self.shape.factor(q_s2 * freq_hz * freq_hz);
             let cycles = delay_s * freq_hz;
             let (sin, cos) = (TAU * (cycles - cycles.round())).sin_cos();
-            let amplitude_jy = self.flux_jy * factor;
+            let amplitude_jy = self.source.flux_jy * factor;
             vis_jy.re += amplitude_jy * cos;
             vis_jy.im += amplitude_jy * sin;
             sum_f2 += factor * factor;
         }
         sum_f2
-    }
-}
-
-/// F as a function of x = 4π²α²(k1² + k2²).
-fn attenuation(profile: Profile, x: f64) -> f64 {
-    match profile {
-        Profile::Exponential => {
-            let t = 1.0 + x;
-            1.0 / (t * t.sqrt())
-        }
-        Profile::Gaussian => (-0.5 * x).exp(),
-        Profile::Point => 1.0,
     }
 }
 

@@ -20,10 +20,10 @@ impl Axes {
     /// ```text
     /// major = f α/(1-|e|)   minor = f α/(1+|e|)   PA = 90° - atan2(e2, e1)/2
     /// ```
-    /// with f from [`Profile::fwhm_per_scale`]. The angle of a circular source means nothing; it
+    /// with f from [`super::Shape::fwhm_per_scale`]. The angle of a circular source means nothing; it
     /// comes out as 90°.
     pub fn new(profile: Profile, scale_rad: f64, e: Ellipticity) -> Axes {
-        let fwhm_rad = profile.fwhm_per_scale() * scale_rad;
+        let fwhm_rad = profile.shape().fwhm_per_scale() * scale_rad;
         let pa_deg = (90.0 - 0.5 * e.e2.atan2(e.e1).to_degrees()).rem_euclid(180.0);
         Axes {
             major_rad: fwhm_rad / (1.0 - e.modulus()),
