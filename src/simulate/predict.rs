@@ -22,7 +22,11 @@ impl Component {
     /// The component of `source` with `profile`.
     pub(super) fn new(source: &Source, profile: Profile) -> Self {
         let form = QuadraticForm::new(source.scale_rad, source.e);
-        Self { source: *source, form, shape: profile.shape() }
+        Self {
+            source: *source,
+            form,
+            shape: profile.shape(),
+        }
     }
 
     /// Adds the component to `vis_jy_f`, the channels `freq_hz_f` of a baseline, and returns the sum

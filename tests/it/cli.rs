@@ -116,7 +116,7 @@ fn an_output_that_exists_is_4_and_stays_as_it_is() {
             "--overwrite",
         );
         let command = format!(
-            "simulate {} --array atca-6a --sources 1",
+            "simulate {} --array vla-d --sources 1 --dec 30deg",
             precious.display()
         );
         fails(&command, 4, "--overwrite");
@@ -134,7 +134,7 @@ fn an_output_in_no_folder_is_4_at_once() {
         4,
         "no/such/folder",
     );
-    let command = "simulate no/such/folder/a.uvfits --array atca-6a --sources 1";
+    let command = "simulate no/such/folder/a.uvfits --array vla-d --dec 30deg --sources 1";
     fails(command, 4, "no/such/folder");
 }
 
@@ -148,7 +148,7 @@ fn finding_nothing_is_0_and_an_empty_catalogue_and_flags_win_over_the_file() {
     let text = "snr-cut = 1e6\nfov = \"1deg\"\nseed = 7\n[prior]\nflux = \"20uJy:1mJy\"\n";
     std::fs::write(&config, text).unwrap();
     let command = format!(
-        "{} {} --config {} --fov 20arcsec --seed 8",
+        "{} {} --config {} --fov 20arcsec --tiles 4 --seed 8",
         searched().data.display(),
         out.display(),
         config.display()
@@ -176,7 +176,7 @@ fn quiet_is_silent_and_colourless_logs_go_to_standard_error() {
     // Weights of 1, which is worth a warning.
     let out = folder.path().join("out.fits");
     let command = format!(
-        "{} {} --fov 10arcsec --snr-cut 1e6 --overwrite",
+        "{} {} --fov 10arcsec --tiles 4 --snr-cut 1e6 --overwrite",
         fixture(),
         out.display()
     );
@@ -259,7 +259,7 @@ fn a_killed_search_leaves_whole_files_or_none() {
     let out = folder.path().join("out.fits");
     let posterior = folder.path().join("out.posterior.fits");
     let command = format!(
-        "{} {} --fov 20arcsec --n-live 50 --flux 50uJy:1mJy --overwrite",
+        "{} {} --fov 20arcsec --tiles 4 --n-live 50 --flux 50uJy:1mJy --overwrite",
         data.display(),
         out.display()
     );

@@ -335,7 +335,8 @@ fn find(data: &mut Dataset) -> Detection {
     let settings = Settings {
         field,
         tiles: tiles(&field, 4, beam_rad),
-        screening_beam_rad: Some(beam_rad),
+        beam_rad,
+        screening: true,
         prior,
         cuts: Cuts {
             snr: 6.0,
@@ -345,7 +346,7 @@ fn find(data: &mut Dataset) -> Detection {
         },
         factory: &factory,
         n_live: 50,
-        n_live_refine: 60,
+        n_live_source: 60,
         refine: true,
         seed: 1,
     };

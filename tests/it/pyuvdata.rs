@@ -22,8 +22,8 @@ fn run(python: &str, script: &str, args: &[&Path]) {
 fn simulated(folder: &Path) -> Vec<PathBuf> {
     let wide = folder.join("wide.uvfits");
     let command = format!(
-        "simulate {} --array atca-6a --sources 1 --channels 5 --hours 1 --hands rr-ll \
-         --start 2022-06-30T23:59:00",
+        "simulate {} --array vla-d --dec 40deg --sources 1 --channels 5 --hours 0.2 --hands rr-ll \
+         --ra 100deg --start 2022-06-30T18:59:00",
         wide.display()
     );
     vis2cat_ok(command.split_whitespace());
