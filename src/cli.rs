@@ -4,6 +4,7 @@ mod info;
 mod progress;
 mod simulate;
 
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
@@ -227,8 +228,7 @@ fn detect(args: DetectArgs) -> Result<(), RunError> {
     Ok(())
 }
 
-/// The one place where results are printed.
-#[allow(clippy::print_stdout)]
+/// The one place where results are printed. A reader that has gone away wants no more of them.
 fn say(text: &str) {
-    println!("{text}");
+    let _ = writeln!(std::io::stdout(), "{text}");
 }

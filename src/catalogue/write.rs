@@ -31,8 +31,15 @@ impl CataloguePaths {
     /// Nothing if both may be written: to be asked before a long run.
     ///
     /// # Errors
-    /// One is there and `overwrite` is false.
+    /// One is there and `overwrite` is false, or there is no such folder.
     pub fn refuse_existing(&self, overwrite: bool) -> Result<(), WriteError> {
+        let folder = self.catalogue.parent().filter(|f| *f != Path::new(""));
+        if let Some(folder) = folder {
+            std::fs::read_dir(folder).map_err(|source| WriteError::Io {
+                path: self.catalogue.clone(),
+                source,
+            })?;
+        }
         refuse_existing(&self.catalogue, overwrite)?;
         refuse_existing(&self.posterior, overwrite)
     }

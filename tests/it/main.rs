@@ -1,5 +1,12 @@
 //! Integration tests, one module a topic.
 
+#![allow(clippy::unwrap_used)] // helpers of tests are tests
+
 mod catalogue;
+mod cli;
+mod detect;
+mod oracles;
+mod pyuvdata;
 mod sampler;
 mod simulate;
+mod support;

@@ -1,0 +1,36 @@
+#!/bin/sh
+# Memory on a file that does not fit: simulates a UVFITS file of about SIZE_GB gigabytes, looks at it
+# with `vis2cat info`, searches a small field with 64 MB for visibilities, and prints the peak memory
+# of each.
+#
+#   sh scripts/big_file.sh SIZE_GB [FOLDER]     (FOLDER: where the file goes; target/big if not given)
+#
+# Needs GNU time (Debian package `time`) and a release build. The file is removed at the end.
+set -eu
+cd "$(dirname "$0")/.."
+size_gb=${1:?"usage: sh scripts/big_file.sh SIZE_GB [FOLDER]"}
+folder=${2:-target/big}
+. scripts/debian.sh
+[ -x /usr/bin/time ] || install_packages time
+[ -x target/release/vis2cat ] || cargo build --release
+
+mkdir -p "$folder"
+trap 'rm -f "$folder/big.uvfits" "$folder/big.fits" "$folder/big.posterior.fits" "$folder/peak"' EXIT
+
+# 27 dishes for one hour of 10 s: 351 baselines, 360 times, 24 bytes a channel with two hands.
+channels=$(awk -v gb="$size_gb" 'BEGIN { n = int(gb * 1e9 / (351 * 360 * 24) + 0.5); print n < 1 ? 1 : n }')
+
+measure() {
+    echo "== $*"
+    /usr/bin/time -f '%M %e' -o "$folder/peak" "$@"
+    awk '{ printf "peak memory %.1f MB, %.1f s\n", $1 / 1024, $2 }' "$folder/peak"
+}
+
+vis2cat=target/release/vis2cat
+printf 'RA,DEC,Total_flux,Scale_length\n53.1005,30.0005,2000,1.5\n' > "$folder/sky.csv"
+measure $vis2cat simulate "$folder/big.uvfits" --array vla-b --dec 30deg --hours 1 --tint 10s \
+    --channels "$channels" --bandwidth 20MHz --catalogue "$folder/sky.csv" --overwrite
+ls -l "$folder/big.uvfits" | awk '{ printf "file %.2f GB\n", $5 / 1e9 }'
+measure $vis2cat info "$folder/big.uvfits"
+measure $vis2cat "$folder/big.uvfits" "$folder/big.fits" --fov 16arcsec --tiles 4 --n-live 20 \
+    --no-refine --flux 1mJy:4mJy --memory 64MB --overwrite

@@ -1,0 +1,370 @@
+//! From visibilities to the catalogue: what is found, how well, and that nothing else decides it.
+
+use std::path::Path;
+
+use vis2cat::catalogue::{CatalogueSource, read_sources};
+use vis2cat::config::{Config, NoiseSource};
+use vis2cat::coords::{Lm, RaDec};
+use vis2cat::dataset::{Dataset, OpenOptions, Request};
+use vis2cat::detect::{
+    Cuts, Detection, NoObserver, SamplerSettings, Settings, detect, field_of_view, tiles,
+};
+use vis2cat::prior::{MODE_DIMS, N_DIM};
+use vis2cat::rime::Source;
+use vis2cat::rime::shape::Profile;
+use vis2cat::sampler::{MultiNest, MultiNestConfig, Sampler, SamplerError};
+use vis2cat::units::ARCSEC;
+use vis2cat_formats::tables::{Table, read_table};
+use vis2cat_formats::{UvfitsWriter, VisChunk, VisWriter};
+
+use crate::support::{in_repository, search, searched, simulate, vis2cat_ok};
+
+/// No estimate may be further from the truth than this many of its own errors.
+const LARGEST_PULL: f64 = 5.0;
+/// A match: within three sigma, and at least this.
+const MATCH_FLOOR_ARCSEC: f64 = 1.0;
+
+fn column(table: &Table, name: &str) -> Vec<f64> {
+    table.numbers(name).unwrap().to_vec()
+}
+
+/// One source, and a search that takes a second.
+const ONE: &str = "RA,DEC,Total_flux,Scale_length,E1,E2\n53.1035,30.0025,300,2,0.2,0.1\n";
+const ONE_SEARCH: &str =
+    "--fov 30arcsec --tile-size 15arcsec --n-live 50 --flux 50uJy:1mJy --overwrite";
+
+/// Distance of a row to a source: east and north on the sky [arcsec].
+fn offset_arcsec(table: &Table, row: usize, truth: &CatalogueSource) -> (f64, f64) {
+    let ra_rad = column(table, "RA")[row].to_radians();
+    let dec_rad = column(table, "DEC")[row].to_radians();
+    let east = (ra_rad - truth.position.ra_rad) * dec_rad.cos();
+    (east / ARCSEC, (dec_rad - truth.position.dec_rad) / ARCSEC)
+}
+
+/// The source that each row is; every one once.
+fn matched(table: &Table, truth: &[CatalogueSource]) -> Vec<usize> {
+    let (e_ra, e_dec) = (column(table, "E_RA"), column(table, "E_DEC"));
+    let mut matches = Vec::new();
+    for row in 0..table.rows() {
+        let radius = (3.0 * e_ra[row].hypot(e_dec[row])).max(MATCH_FLOOR_ARCSEC);
+        let near: Vec<usize> = (0..truth.len())
+            .filter(|&i| {
+                let (east, north) = offset_arcsec(table, row, &truth[i]);
+                east.hypot(north) < radius
+            })
+            .collect();
+        assert_eq!(near.len(), 1, "row {row} is no source, or two");
+        matches.push(near[0]);
+    }
+    let mut once = matches.clone();
+    once.sort_unstable();
+    assert_eq!(once, (0..truth.len()).collect::<Vec<_>>());
+    matches
+}
+
+/// Largest |estimate - truth| / error over positions, flux densities and shapes.
+fn largest_pull(table: &Table, truth: &[CatalogueSource]) -> f64 {
+    let mut largest: f64 = 0.0;
+    for (row, i) in matched(table, truth).into_iter().enumerate() {
+        let (east, north) = offset_arcsec(table, row, &truth[i]);
+        let mut pull = |difference: f64, error: &str| {
+            let sigma = column(table, error)[row];
+            assert!(sigma > 0.0, "{error} of row {row}: {sigma}");
+            largest = largest.max((difference / sigma).abs());
+        };
+        let estimate = |name: &str| column(table, name)[row];
+        pull(east, "E_RA");
+        pull(north, "E_DEC");
+        pull(
+            estimate("Total_flux") - truth[i].flux_jy * 1e6,
+            "E_Total_flux",
+        );
+        pull(
+            estimate("Scale_length") - truth[i].scale_rad / ARCSEC,
+            "E_Scale_length",
+        );
+        pull(estimate("E1") - truth[i].e.e1, "E_E1");
+        pull(estimate("E2") - truth[i].e.e2, "E_E2");
+    }
+    largest
+}
+
+#[test]
+fn all_sources_are_found_with_honest_errors_and_nothing_else() {
+    let run = searched();
+    let truth = read_sources(&run.truth).unwrap();
+    assert_eq!(truth.len(), 3);
+    let pull = largest_pull(&run.table("CATALOGUE"), &truth);
+    assert!(pull < LARGEST_PULL, "{pull}");
+}
+
+#[test]
+fn east_is_positive_l_and_larger_right_ascension() {
+    let table = searched().table("CATALOGUE");
+    for row in 0..table.rows() {
+        let value = |name| column(&table, name)[row];
+        assert!((value("RA") - 53.1) * value("L") > 0.0);
+        assert!((value("DEC") - 30.0) * value("M") > 0.0);
+    }
+}
+
+/// The file, its model and its geometry are pyuvdata's, not ours: see `scripts/make_field.py`.
+#[test]
+fn a_file_of_pyuvdata_holds_its_sources_where_its_truth_says_and_not_mirrored() {
+    let mut data = open(&in_repository("fixtures/ska30.uvfits"), 1e9);
+    let truth = read_sources(&in_repository("fixtures/ska30_truth.csv")).unwrap();
+    let field = data.phase_centre();
+    let centre = RaDec {
+        ra_rad: field.ra_rad,
+        dec_rad: field.dec_rad,
+    };
+    let source = |s: &CatalogueSource| Source {
+        lm: s.position.to_lm(centre),
+        flux_jy: s.flux_jy,
+        scale_rad: s.scale_rad,
+        e: s.e,
+    };
+    let sources: Vec<Source> = truth.iter().map(source).collect();
+    data.set_removed(sources.clone());
+    let mirrored = |l: f64, m: f64, s: &Source| Source {
+        lm: Lm {
+            l: l * s.lm.l,
+            m: m * s.lm.m,
+        },
+        ..*s
+    };
+    let requests: Vec<Request> = sources
+        .iter()
+        .map(|s| Request {
+            points: vec![
+                *s,
+                mirrored(-1.0, 1.0, s),
+                mirrored(1.0, -1.0, s),
+                mirrored(-1.0, -1.0, s),
+            ],
+            restored: vec![*s],
+        })
+        .collect();
+    let xy = data.evaluate(&requests).unwrap();
+    for (xy, truth) in xy.iter().zip(&truth) {
+        let snr = xy[0].snr_peak();
+        assert!((snr - truth.snr).abs() < 5.0, "{snr} for {}", truth.snr);
+        // What is elsewhere is noise and sidelobes.
+        let elsewhere = xy[1..].iter().map(|xy| xy.snr_peak());
+        assert!(elsewhere.fold(0.0, f64::max) < 0.6 * snr);
+    }
+}
+
+#[test]
+fn the_samples_of_a_source_are_its_slice_and_make_its_row() {
+    let run = searched();
+    let rows = run.table("CATALOGUE");
+    let samples = read_table(&run.paths.posterior, None).unwrap();
+    let weight = column(&samples, "weight");
+    let (first, n) = (column(&rows, "Post_row"), column(&rows, "Post_n"));
+    let mut next = 0;
+    for row in 0..rows.rows() {
+        let slice = first[row] as usize..first[row] as usize + n[row] as usize;
+        assert_eq!(slice.start, next, "the slices follow each other");
+        next = slice.end;
+        let id = column(&rows, "Source_id")[row];
+        assert!(
+            column(&samples, "Source_id")[slice.clone()]
+                .iter()
+                .all(|&i| i == id)
+        );
+        let total: f64 = weight[slice.clone()].iter().sum();
+        assert!((total - 1.0).abs() < 1e-9, "{total}");
+        for (parameter, mean, error) in [
+            ("flux", "Total_flux", "E_Total_flux"),
+            ("scale", "Scale_length", "E_Scale_length"),
+            ("e1", "E1", "E_E1"),
+            ("e2", "E2", "E_E2"),
+        ] {
+            let values = &column(&samples, parameter)[slice.clone()];
+            let weights = &weight[slice.clone()];
+            let moment = |f: &dyn Fn(f64) -> f64| -> f64 {
+                values.iter().zip(weights).map(|(v, w)| w * f(*v)).sum()
+            };
+            let (mean, error) = (column(&rows, mean)[row], column(&rows, error)[row]);
+            assert!((moment(&|v| v) - mean).abs() < 1e-9 * error.max(mean.abs()));
+            let variance = moment(&|v| (v - mean).powi(2));
+            assert!((variance.sqrt() / error - 1.0).abs() < 0.02, "{parameter}");
+        }
+        for (parameter, mean) in [("ra", "RA"), ("dec", "DEC")] {
+            let values = &column(&samples, parameter)[slice.clone()];
+            let sum: f64 = values
+                .iter()
+                .zip(&weight[slice.clone()])
+                .map(|(v, w)| v * w)
+                .sum();
+            assert!((sum - column(&rows, mean)[row]).abs() * 3600.0 < 1e-4);
+        }
+    }
+    assert_eq!(next, samples.rows());
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let run = searched();
+    let folder = tempfile::tempdir().unwrap();
+    let alone = search(
+        &run.data,
+        &folder.path().join("out.fits"),
+        &["--threads", "1"],
+    );
+    let same = |a: &Path, b: &Path| std::fs::read(a).unwrap() == std::fs::read(b).unwrap();
+    assert!(same(&run.paths.catalogue, &alone.catalogue));
+    assert!(same(&run.paths.posterior, &alone.posterior));
+}
+
+/// All that a mode needs is its own tile: one that was screened away held nothing.
+#[test]
+fn without_screening_the_same_is_found_and_every_other_mode_has_a_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = simulate(folder.path(), ONE);
+    let out = folder.path().join("out.fits");
+    let truth = read_sources(&folder.path().join("truth.fits")).unwrap();
+    let find = |more: &str| {
+        let command = format!("{} {} {ONE_SEARCH} {more}", data.display(), out.display());
+        vis2cat_ok(command.split_whitespace());
+        let pull = largest_pull(&read_table(&out, None).unwrap(), &truth);
+        assert!(pull < LARGEST_PULL, "{pull} {more}");
+        read_table(&out, Some("MODES")).unwrap()
+    };
+    let screened = find("--threads 2").rows();
+    let modes = find("--no-screening");
+    assert!(modes.rows() > screened);
+    let status = modes.strings("Status").unwrap();
+    let dropped = [
+        "f1_duplicate",
+        "below_cut",
+        "explained_by_brighter",
+        "not_converged",
+    ];
+    for (status, source) in status.iter().zip(modes.numbers("Source_id").unwrap()) {
+        if status == "kept" {
+            assert_eq!(*source, 1.0);
+        } else {
+            assert!(dropped.contains(&status.as_str()), "{status}");
+        }
+    }
+    assert_eq!(status.iter().filter(|s| *s == "kept").count(), 1);
+}
+
+#[test]
+fn weights_that_are_all_one_are_rescaled_and_the_same_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    simulate(folder.path(), ONE);
+    let data = folder.path().join("ones.uvfits");
+    copy_with_weights_of_one(&folder.path().join("field.uvfits"), &data);
+    let out = folder.path().join("out.fits");
+    let command = format!("{} {} {ONE_SEARCH}", data.display(), out.display());
+    vis2cat_ok(command.split_whitespace());
+    let truth = read_sources(&folder.path().join("truth.fits")).unwrap();
+    let pull = largest_pull(&read_table(&out, None).unwrap(), &truth);
+    assert!(pull < LARGEST_PULL, "{pull}");
+    let run = read_table(&out, Some("RUN")).unwrap();
+    let key = |key: &str| {
+        let row = run.strings("KEY").unwrap().iter().position(|k| k == key);
+        run.strings("VALUE").unwrap()[row.unwrap()]
+            .parse::<f64>()
+            .unwrap()
+    };
+    // Both hands of weight 1 are two in Stokes I.
+    assert!((key("noise.weights") - 0.5f64.sqrt()).abs() < 1e-9);
+    let scale = (key("noise.weights") / key("noise.data")).powi(2);
+    assert!((key("noise.weight_scale") / scale - 1.0).abs() < 1e-9 && scale > 1e5);
+}
+
+fn copy_with_weights_of_one(from: &Path, to: &Path) {
+    let mut reader = vis2cat_formats::open(from).unwrap();
+    let mut writer = UvfitsWriter::create(to, reader.observation(), false).unwrap();
+    let mut chunk = VisChunk::new(4096);
+    while reader.read_chunk(&mut chunk).unwrap() > 0 {
+        chunk.weight_rfp.fill(1.0);
+        writer.write_chunk(&chunk).unwrap();
+    }
+    Box::new(writer).finish().unwrap();
+}
+
+fn open(path: &Path, memory_bytes: f64) -> Dataset {
+    let options = OpenOptions {
+        field: None,
+        noise: NoiseSource::Auto,
+        memory_bytes,
+        profile: Profile::Exponential,
+        typical_scale_rad: ARCSEC,
+    };
+    Dataset::open(path, &options, &mut |_, _| {}).unwrap()
+}
+
+/// The command line wants at least 16 MB; here two blocks must do.
+#[test]
+fn data_streamed_from_the_file_give_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = simulate(folder.path(), ONE);
+    let (mut held, mut streamed) = (open(&path, 1e9), open(&path, 1e5));
+    assert!(!held.is_streamed() && streamed.is_streamed());
+    assert_eq!(held.info(), streamed.info());
+    let found = find(&mut held);
+    assert_eq!(found.sources.len(), 1);
+    let again = find(&mut streamed);
+    assert_eq!(again.sources.len(), 1);
+    let (one, other) = (&found.sources[0].posterior, &again.sources[0].posterior);
+    // Sources are subtracted in another order, so that the last bits differ, and then the samples.
+    let apart = (one.mean.lm.l - other.mean.lm.l).hypot(one.mean.lm.m - other.mean.lm.m);
+    assert!(apart < 0.5 * one.position_sigma_rad);
+    assert!((one.mean.flux_jy - other.mean.flux_jy).abs() < 0.5 * one.flux_sigma_jy);
+    // Before anything is subtracted, not a bit differs.
+    let request = || Request {
+        points: vec![one.mean, other.best],
+        restored: Vec::new(),
+    };
+    held = open(&path, 1e9);
+    streamed.set_removed(Vec::new());
+    let (held, streamed) = (
+        held.evaluate(&[request()]).unwrap(),
+        streamed.evaluate(&[request()]).unwrap(),
+    );
+    assert!(held == streamed && held[0][0].snr_peak() > 20.0);
+}
+
+/// A search of four tiles with few live points.
+fn find(data: &mut Dataset) -> Detection {
+    let config: Config = Config::default();
+    let field = field_of_view(30.0 * ARCSEC);
+    let beam_rad = data.info().beam_rad;
+    let factory = |settings: SamplerSettings| -> Result<Box<dyn Sampler>, SamplerError> {
+        Ok(Box::new(MultiNest::new(MultiNestConfig {
+            mode_dims: if settings.modes {
+                MODE_DIMS.to_vec()
+            } else {
+                Vec::new()
+            },
+            seed: settings.seed,
+            ..MultiNestConfig::new(N_DIM, settings.n_live)
+        })?))
+    };
+    let mut prior = config.prior.source_prior();
+    (prior.flux.low_jy, prior.flux.high_jy) = (50e-6, 1e-3);
+    let settings = Settings {
+        field,
+        tiles: tiles(&field, 4, beam_rad),
+        beam_rad,
+        screening: true,
+        prior,
+        cuts: Cuts {
+            snr: 6.0,
+            flux_jy: None,
+            merge_radius_rad: None,
+            merge_floor_rad: 0.4 * ARCSEC,
+        },
+        factory: &factory,
+        n_live: 50,
+        n_live_source: 60,
+        refine: true,
+        seed: 1,
+    };
+    detect(data, &settings, &mut NoObserver).unwrap()
+}

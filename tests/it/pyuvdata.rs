@@ -1,0 +1,88 @@
+//! Our simulated files as pyuvdata reads them.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::support::{
+    has_command, in_repository, python_with, searched, simulate, skipped, vis2cat_ok,
+};
+
+fn run(python: &str, script: &str, args: &[&Path]) {
+    let done = Command::new(python)
+        .arg(in_repository(script))
+        .args(args)
+        .output()
+        .unwrap();
+    let text = String::from_utf8_lossy(&done.stdout);
+    let errors = String::from_utf8_lossy(&done.stderr);
+    assert!(done.status.success(), "{text}\n{errors}");
+}
+
+/// Files of one and of several channels, of one and of two hands.
+fn simulated(folder: &Path) -> Vec<PathBuf> {
+    let wide = folder.join("wide.uvfits");
+    let command = format!(
+        "simulate {} --array vla-d --dec 40deg --sources 1 --channels 5 --hours 0.2 --hands rr-ll \
+         --ra 100deg --start 2022-06-30T18:59:00",
+        wide.display()
+    );
+    vis2cat_ok(command.split_whitespace());
+    let stokes_i = folder.join("stokes_i.uvfits");
+    let command = format!(
+        "simulate {} --array meerkat --sources 2 --hours 0.05 --hands i --dec -20deg",
+        stokes_i.display()
+    );
+    vis2cat_ok(command.split_whitespace());
+    vec![wide, stokes_i, searched().data.clone()]
+}
+
+/// Values both ways, strict checks, and `fitsverify`: see `scripts/check_uvfits.py`.
+#[test]
+fn pyuvdata_reads_what_we_read_in_our_simulated_files() {
+    let Some(python) = python_with("pyuvdata") else {
+        return;
+    };
+    let build = Path::new(env!("CARGO_BIN_EXE_vis2cat")).parent().unwrap();
+    if !["dump_vis", "rewrite_vis"]
+        .iter()
+        .all(|tool| build.join("examples").join(tool).is_file())
+    {
+        return skipped("the examples of vis2cat-formats are not built; test the whole workspace");
+    }
+    if !has_command("fitsverify") {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let files = simulated(folder.path());
+    let mut args: Vec<&Path> = vec![Path::new("--target"), build];
+    args.extend(files.iter().map(PathBuf::as_path));
+    run(&python, "scripts/check_uvfits.py", &args);
+}
+
+/// To a millimetre: see `scripts/check_simulate_uvw.py`.
+#[test]
+fn pyuvdata_computes_the_same_baseline_coordinates_for_our_simulated_files() {
+    let Some(python) = python_with("pyuvdata") else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let files = simulated(folder.path());
+    let args: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+    run(&python, "scripts/check_simulate_uvw.py", &args);
+}
+
+/// A sky of another kind of file: the truth table that `--truth` writes is one for `--catalogue`.
+#[test]
+fn a_truth_table_simulates_the_same_file_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let sky = "RA,DEC,Total_flux\n53.11,30.01,500\n";
+    let first = std::fs::read(simulate(folder.path(), sky)).unwrap();
+    let again = folder.path().join("again.uvfits");
+    let command = format!(
+        "simulate {} --array vla-b --dec 30deg --hours 6 --tint 10min --catalogue {}",
+        again.display(),
+        folder.path().join("truth.fits").display()
+    );
+    vis2cat_ok(command.split_whitespace());
+    assert!(first == std::fs::read(again).unwrap());
+}
