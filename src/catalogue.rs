@@ -21,10 +21,8 @@ mod write;
 
 pub use header::{CatalogueHeader, PriorRange};
 pub use name::{ACRONYM, source_name};
-pub use posterior::{
-    Ellipse, Summary, WeightedSample, equal_weight, fwhm_per_scale, posterior_rows, summarise,
-};
-pub use row::{Estimate, Flags, ModeRow, ModeStatus, PosteriorRow, RunEntry, SourceRow};
+pub use posterior::{Ellipse, Summary, WeightedSample, equal_weight, posterior_rows, summarise};
+pub use row::{Estimate, Flags, ModeRow, PosteriorRow, RunEntry, SourceRow};
 pub use summary::summary_table;
 pub use truth::{CatalogueSource, read_sources, write_truth};
 pub use write::{CataloguePaths, write};

@@ -193,7 +193,7 @@ impl Cli {
     pub fn execute(self) -> Result<(), RunError> {
         match self.command {
             Some(Command::Info(args)) => info::execute(&args),
-            Some(Command::Simulate(args)) => simulate::execute(*args),
+            Some(Command::Simulate(args)) => simulate::execute(&args),
             None => detect(self.detect),
         }
     }

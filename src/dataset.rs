@@ -83,7 +83,7 @@ pub struct Dataset {
 
 enum Store {
     Resident(Vec<VisBlock>),
-    Streamed(stream::Stream),
+    Streamed(Box<stream::Stream>),
 }
 
 impl Dataset {

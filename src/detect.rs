@@ -1,11 +1,11 @@
 //! Detection: one-source posteriors with many modes, and which of these modes are sources.
 //!
-//! 1. The field is cut into [`tiles`]; those that can hold a source ([`screen`]) are explored by
-//!    nested sampling ([`explore`]), the brightest first.
-//! 2. Every mode of every tile becomes a [`Mode`]; duplicates are found by [`mean_shift`].
-//! 3. [`accept`] takes the strongest mode, subtracts it from the data, and looks again at the
+//! 1. The field is cut into `tiles`; those that can hold a source (`screen`) are explored by
+//!    nested sampling (`explore`), the brightest first.
+//! 2. Every mode of every tile becomes a `Mode`; duplicates are found by `mean_shift`.
+//! 3. `accept` takes the strongest mode, subtracts it from the data, and looks again at the
 //!    others: a mode that was only the sidelobe of a brighter source does not survive this.
-//! 4. [`refine`] samples each source anew with all the others removed, and the tiles are screened
+//! 4. `refine` samples each source anew with all the others removed, and the tiles are screened
 //!    again without them.
 
 mod accept;

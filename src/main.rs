@@ -40,11 +40,10 @@ fn main() -> ExitCode {
 /// Prints an error and what caused it.
 #[allow(clippy::print_stderr)]
 fn complain(error: &dyn std::error::Error) {
-    let mut text = format!("error: {error}");
+    eprintln!("error: {error}");
     let mut cause = error.source();
     while let Some(error) = cause {
-        text += &format!("\n  caused by: {error}");
+        eprintln!("  caused by: {error}");
         cause = error.source();
     }
-    eprintln!("{text}");
 }

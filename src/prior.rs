@@ -4,11 +4,13 @@ mod ellipticity;
 mod flux;
 mod region;
 mod scale;
+mod window;
 
 pub use ellipticity::EllipticityPrior;
 pub use flux::FluxPrior;
 pub use region::Region;
 pub use scale::{ScalePrior, ScaleRelation};
+pub use window::Window;
 
 use crate::rime::Source;
 

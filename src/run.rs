@@ -25,6 +25,10 @@ const MERGE_FLOOR_RAD: f64 = 0.4 * ARCSEC;
 /// Live points about a single source, whose posterior is one piece.
 const N_LIVE_SOURCE: usize = 300;
 
+/// Evaluations a live point after which a sampler has stalled: several times what a well-shaped
+/// posterior takes.
+const MAX_EVAL_PER_LIVE_POINT: u64 = 1500;
+
 /// A run failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -54,11 +58,12 @@ impl RunError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Detect(_) => 1,
-            Self::Config(_) | Self::Simulate(SimulateError::Parameter { .. }) => 2,
-            Self::Simulate(SimulateError::NoEarthOrientation { .. }) => 2,
-            Self::Dataset(_) | Self::Read(_) => 3,
-            Self::Simulate(SimulateError::Write(_)) | Self::Write(_) => 4,
-            Self::Simulate(_) => 3,
+            Self::Config(_)
+            | Self::Simulate(
+                SimulateError::Parameter { .. } | SimulateError::NoEarthOrientation { .. },
+            ) => 2,
+            Self::Write(_) | Self::Simulate(SimulateError::Write(_)) => 4,
+            Self::Dataset(_) | Self::Read(_) | Self::Simulate(_) => 3,
         }
     }
 }
@@ -167,13 +172,14 @@ fn sampler(config: &Config, settings: SamplerSettings) -> Result<Box<dyn Sampler
         SamplerKind::Multinest => Ok(Box::new(MultiNest::new(MultiNestConfig {
             // Modes are only to be seen here; each source is sampled again by itself.
             n_live_mode: 4,
-            mode_dims: if settings.modes {
+            mode_dims: if settings.search {
                 MODE_DIMS.to_vec()
             } else {
                 Vec::new()
             },
             efficiency: config.efficiency,
             tolerance: config.tolerance,
+            max_eval: Some(MAX_EVAL_PER_LIVE_POINT * settings.n_live as u64),
             seed: settings.seed,
             ..MultiNestConfig::new(N_DIM, settings.n_live)
         })?)),

@@ -25,12 +25,11 @@
 
 mod chunk;
 mod error;
-mod fits;
+pub mod fits;
 mod observation;
 mod open;
 mod reader;
 mod stokes;
-pub mod tables;
 mod uvfits;
 
 pub use chunk::VisChunk;

@@ -8,7 +8,7 @@ mod posterior;
 mod run;
 mod truth;
 
-use vis2cat_formats::tables::{Column, ColumnData};
+use vis2cat_formats::fits::{Column, ColumnData};
 
 pub(super) use catalogue::CATALOGUE;
 pub(super) use modes::MODES;
@@ -94,7 +94,7 @@ fn values<R>(get: &Get<R>, rows: &[R]) -> ColumnData {
             null: Some(MISSING_ID),
         },
         Get::Bits(get) => ColumnData::I32(rows.iter().map(get).collect()),
-        Get::Text(get) => ColumnData::Str(rows.iter().map(|row| get(row).to_owned()).collect()),
+        Get::Text(get) => ColumnData::Text(rows.iter().map(|row| get(row).to_owned()).collect()),
     }
 }
 

@@ -1,8 +1,7 @@
 //! Provenance: what the headers say about data and run.
 
-use vis2cat_formats::tables::{Cards, Keyword};
+use vis2cat_formats::fits::{Cards, Keyword};
 
-use super::posterior::fwhm_per_scale;
 use super::row::Flags;
 use crate::coords::RaDec;
 use crate::rime::shape::Profile;
@@ -77,7 +76,7 @@ impl CatalogueHeader {
 
     /// Header of `CATALOGUE`: also what the columns mean beyond a line.
     pub(super) fn catalogue(&self) -> Cards {
-        let factor = fwhm_per_scale(self.profile);
+        let factor = self.profile.shape().fwhm_per_scale();
         let profile = format!("{:?}", self.profile).to_lowercase();
         let mut comments = vec![
             format!("Shapes are {profile}: Maj and Min are full widths at half maximum,"),

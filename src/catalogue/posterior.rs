@@ -9,7 +9,7 @@ use crate::coords::{Lm, RaDec};
 use crate::rime::Source;
 use crate::rime::shape::Profile;
 
-pub use ellipse::{Ellipse, fwhm_per_scale};
+pub use ellipse::Ellipse;
 
 /// One sample of the posterior.
 #[derive(Debug, Clone, Copy, PartialEq)]

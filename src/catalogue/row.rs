@@ -2,6 +2,7 @@
 
 use super::posterior::Summary;
 use crate::coords::{Lm, RaDec};
+use crate::detect::Status;
 use crate::rime::Source;
 
 /// A mean with its standard deviation.
@@ -110,38 +111,6 @@ pub struct SourceRow {
     pub post_n: i64,
 }
 
-/// What became of a mode.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum ModeStatus {
-    /// It is a source of the catalogue.
-    Kept,
-    /// Another mode at the same place has the higher evidence.
-    F1Duplicate,
-    /// Below the cut in SNR, flux density or evidence.
-    BelowCut,
-    /// Its mean lies outside the tile that was searched; the neighbour has it.
-    OutsideTile,
-    /// A sidelobe or remnant: gone once a brighter source is subtracted.
-    ExplainedByBrighter,
-    /// Sampling did not end well.
-    NotConverged,
-}
-
-impl ModeStatus {
-    /// The word in the table.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Kept => "kept",
-            Self::F1Duplicate => "f1_duplicate",
-            Self::BelowCut => "below_cut",
-            Self::OutsideTile => "outside_tile",
-            Self::ExplainedByBrighter => "explained_by_brighter",
-            Self::NotConverged => "not_converged",
-        }
-    }
-}
-
 /// One mode of `MODES`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModeRow {
@@ -166,7 +135,7 @@ pub struct ModeRow {
     /// Effective number of samples.
     pub n_eff: f64,
     /// Kept, or why not.
-    pub status: ModeStatus,
+    pub status: Status,
     /// The source it became, or whose duplicate it is.
     pub source_id: Option<i64>,
 }

@@ -5,7 +5,7 @@ mod units;
 
 use std::path::Path;
 
-use vis2cat_formats::tables::{Keyword, Table, TableSpec, is_fits, read_table, write_tables};
+use vis2cat_formats::fits::{Keyword, Table, TableSpec, is_fits, read_table, write_tables};
 use vis2cat_formats::{ReadError, WriteError};
 
 use self::csv_table::CsvTable;
@@ -70,8 +70,8 @@ pub fn write_truth(
 /// ellipticity is not finite or impossible. The error names column and row.
 pub fn read_sources(path: &Path) -> Result<Vec<CatalogueSource>, ReadError> {
     let columns = if is_fits(path)? {
-        let table = read_table(path, None)?;
-        Columns::collect(path, table.rows(), |wanted| from_fits(&table, wanted))?
+        let mut table = read_table(path, None)?;
+        Columns::collect(path, table.rows(), |wanted| from_fits(&mut table, wanted))?
     } else {
         let table = CsvTable::read(path)?;
         Columns::collect(path, table.rows(), |wanted| table.numbers(wanted))?
@@ -84,11 +84,11 @@ pub fn read_sources(path: &Path) -> Result<Vec<CatalogueSource>, ReadError> {
 /// A column's unit as the file gives it, and its values.
 type Raw = (Option<String>, Vec<f64>);
 
-fn from_fits(table: &Table, name: &str) -> Result<Option<Raw>, ReadError> {
+fn from_fits(table: &mut Table, name: &str) -> Result<Option<Raw>, ReadError> {
     let Some(column) = table.column(name) else {
         return Ok(None);
     };
-    Ok(Some((column.unit.clone(), table.numbers(name)?.to_vec())))
+    Ok(Some((column.unit.clone(), table.numbers(name)?)))
 }
 
 /// The columns that make a source, in radians and janskys.
@@ -107,9 +107,9 @@ impl Columns {
     fn collect(
         path: &Path,
         rows: usize,
-        get: impl Fn(&str) -> Result<Option<Raw>, ReadError>,
+        mut get: impl FnMut(&str) -> Result<Option<Raw>, ReadError>,
     ) -> Result<Self, ReadError> {
-        let column = |name: &str, unit: Unit, default: Option<f64>| {
+        let mut column = |name: &str, unit: Unit, default: Option<f64>| {
             let Some((given, mut values)) = get(name)? else {
                 return match default {
                     Some(value) => Ok(vec![value; rows]),

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use vis2cat_formats::WriteError;
-use vis2cat_formats::tables::{Column, TableSpec, prepare_tables, refuse_existing};
+use vis2cat_formats::fits::{Cards, Column, TableSpec, prepare_tables, refuse_existing};
 
 use super::band::ucd_band;
 use super::columns::{CATALOGUE, MODES, POSTERIOR, RUN, build};
@@ -93,7 +93,7 @@ pub fn write(
     })
 }
 
-fn table(extname: &str, columns: Vec<Column>, cards: vis2cat_formats::tables::Cards) -> TableSpec {
+fn table(extname: &str, columns: Vec<Column>, cards: Cards) -> TableSpec {
     TableSpec {
         extname: extname.to_owned(),
         columns,

@@ -1,11 +1,12 @@
 //! `vis2cat simulate`: an observation with known sources.
 
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::{ArgGroup, Args, ValueEnum};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use vis2cat_formats::tables::refuse_existing;
+use vis2cat_formats::fits::refuse_existing;
 use vis2cat_formats::{Corr, UvfitsWriter, VisWriter};
 
 use super::{CommonArgs, progress::Bar, say};
@@ -17,7 +18,7 @@ use crate::prior::N_DIM;
 use crate::rime::Source;
 use crate::run::RunError;
 use crate::simulate::{Array, SimulateConfig, SimulationSummary, parse_utc, simulate};
-use crate::units::{Angle, Duration, Flux, Frequency, MICROJY, Range};
+use crate::units::{Angle, Duration, Flux, Frequency, Range};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -180,7 +181,7 @@ impl SimulateArgs {
 }
 
 /// Simulates and says what came out.
-pub(crate) fn execute(args: SimulateArgs) -> Result<(), RunError> {
+pub(crate) fn execute(args: &SimulateArgs) -> Result<(), RunError> {
     let config = args.config()?;
     let sources = args.population()?;
     if let Some(path) = &args.truth {
@@ -191,7 +192,7 @@ pub(crate) fn execute(args: SimulateArgs) -> Result<(), RunError> {
     let mut bar = Bar::new(args.common.quiet);
     bar.stage("simulating", observation.n_row);
     let summary = simulate(&config, &sources, &mut writer, &mut |done, _| {
-        bar.advance(done, 0)
+        bar.advance(done, 0);
     })?;
     bar.finish();
     if let Some(path) = &args.truth {
@@ -200,7 +201,7 @@ pub(crate) fn execute(args: SimulateArgs) -> Result<(), RunError> {
     }
     Box::new(writer).finish()?;
     if !args.common.quiet {
-        say(&describe(&args, &summary, sources.len()));
+        say(&describe(args, &summary, sources.len()));
     }
     Ok(())
 }
@@ -224,25 +225,24 @@ fn describe(args: &SimulateArgs, summary: &SimulationSummary, n_source: usize) -
             (low.min(*snr), high.max(*snr))
         });
     let mut text = format!(
-        "{}: {} rows, {} times, {} visibilities, longest baseline {:.0} wavelengths\n",
+        "{}: {} rows, {} times, {} visibilities, longest baseline {:.0} wavelengths\n\
+         noise {:.4} to {:.4} mJy a visibility",
         args.output.display(),
         summary.n_row,
         summary.n_time,
         summary.n_vis,
         summary.uv_max_lambda,
-    );
-    text += &format!(
-        "noise {:.4} to {:.4} mJy a visibility",
         summary.sigma_jy[0] * 1e3,
-        summary.sigma_jy[1] * 1e3
+        summary.sigma_jy[1] * 1e3,
     );
     if n_source > 0 {
-        text += &format!("; {n_source} sources with SNR {faint:.1} to {bright:.1}");
+        let _ = write!(
+            text,
+            "; {n_source} sources with SNR {faint:.1} to {bright:.1}"
+        );
     }
     for warning in &summary.warnings {
-        text += &format!("\nwarning: {warning}");
+        let _ = write!(text, "\nwarning: {warning}");
     }
-    let fluxes = (args.flux.low.0 / MICROJY, args.flux.high.0 / MICROJY);
-    tracing::info!("flux densities drawn from {} to {} uJy", fluxes.0, fluxes.1);
     text
 }

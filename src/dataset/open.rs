@@ -76,7 +76,7 @@ impl Dataset {
         }
         let store = match blocks {
             Some(blocks) => Store::Resident(rescaled(blocks, &mut ingest, noise.weight_scale)?),
-            None => Store::Streamed(Stream::new(ingest, options.memory_bytes)),
+            None => Store::Streamed(Box::new(Stream::new(ingest, options.memory_bytes))),
         };
         Ok(Self {
             observation,

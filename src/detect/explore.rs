@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::mode::ModeSample;
 use super::{DetectError, Observer};
 use crate::dataset::{Dataset, Request};
-use crate::prior::{N_DIM, Region, SourcePrior};
+use crate::prior::{N_DIM, Region, SourcePrior, Window};
 use crate::rime::Source;
 use crate::sampler::{NestedRun, Sampler, SamplerError};
 use crate::units::ARCSEC;
@@ -24,7 +24,7 @@ pub struct SamplerSettings {
     /// Live points.
     pub n_live: usize,
     /// Is the region to be searched for modes, or is its posterior one piece?
-    pub modes: bool,
+    pub search: bool,
     /// Seed of its random stream.
     pub seed: u64,
 }
@@ -38,6 +38,8 @@ pub type SamplerFactory<'a> =
 pub(super) struct Target {
     /// Where.
     pub(super) region: Region,
+    /// Which part of the prior.
+    pub(super) window: Window,
     /// The removed sources that are put back for it.
     pub(super) restored: Vec<Source>,
     /// Its sampler.
@@ -49,7 +51,10 @@ pub(super) struct Explored {
     /// Position in the list of targets.
     pub(super) index: usize,
     pub(super) region: Region,
+    pub(super) window: Window,
     pub(super) run: NestedRun,
+    /// The sampler was stopped before it had the whole evidence.
+    pub(super) is_unfinished: bool,
 }
 
 struct Active {
@@ -57,6 +62,7 @@ struct Active {
     target: Target,
     sampler: Box<dyn Sampler>,
     n_restart: u32,
+    is_unfinished: bool,
 }
 
 /// Explores all targets and hands each to `done` as it finishes; returns the likelihood evaluations.
@@ -79,6 +85,7 @@ pub(super) fn explore(
                 target,
                 sampler,
                 n_restart: 0,
+                is_unfinished: false,
             });
         }
         if active.is_empty() {
@@ -94,21 +101,14 @@ pub(super) fn explore(
             .partition(|(_, points)| !points.is_empty());
         active = going_on.into_iter().map(|(region, _)| region).collect();
         n_done += finished.len() as u64;
-        for (
-            Active {
-                index,
-                target,
-                sampler,
-                ..
-            },
-            _,
-        ) in finished
-        {
-            tracing::debug!("region {index}: {:?}", sampler.progress());
+        for (region, _) in finished {
+            tracing::debug!("region {}: {:?}", region.index, region.sampler.progress());
             done(Explored {
-                index,
-                region: target.region,
-                run: sampler.finish(),
+                index: region.index,
+                region: region.target.region,
+                window: region.target.window,
+                is_unfinished: region.is_unfinished,
+                run: region.sampler.finish(),
             });
         }
         observer.advance(n_done, n_eval);
@@ -124,29 +124,34 @@ fn ask_all(
     active
         .par_iter_mut()
         .map(|a| {
-            let region = a.target.region;
+            let Target { region, window, .. } = a.target;
             let u = a.ask(factory).map_err(|e| in_region(&region, e))?;
             Ok(u.chunks_exact(N_DIM)
-                .map(|u| prior.source(&region, u))
+                .map(|u| prior.source(&region, &window.place(u)))
                 .collect())
         })
         .collect()
 }
 
 impl Active {
-    /// The sampler's points; a sampler that has stalled is replaced by one of more live points.
+    /// The sampler's points; none = finished.
+    ///
+    /// A search that makes no headway ends with what it has: its best modes are sampled again as
+    /// sources, and its tile is screened again without them. A source's own posterior must be
+    /// complete: its sampler is replaced by one of more live points.
     fn ask(&mut self, factory: &SamplerFactory<'_>) -> Result<Vec<f64>, SamplerError> {
         loop {
+            let settings = &mut self.target.sampler;
             match self.sampler.ask() {
                 Ok(u) => return Ok(u.to_vec()),
-                Err(SamplerError::Stalled { log_l, .. }) if self.n_restart < MOST_RESTARTS => {
-                    tracing::debug!(
-                        "region {} stalled at ln L = {log_l}; starting anew",
-                        self.index
-                    );
+                Err(SamplerError::Stalled { .. }) if settings.search => {
+                    self.is_unfinished = true;
+                    return Ok(Vec::new());
+                }
+                Err(SamplerError::Stalled { .. }) if self.n_restart < MOST_RESTARTS => {
                     self.n_restart += 1;
-                    self.target.sampler.n_live *= 2;
-                    self.sampler = factory(self.target.sampler)?;
+                    settings.n_live *= 2;
+                    self.sampler = factory(*settings)?;
                 }
                 Err(error) => return Err(error),
             }
@@ -213,21 +218,28 @@ fn in_region(region: &Region, source: SamplerError) -> DetectError {
     }
 }
 
-/// Dead points, each with its ln weight, as samples of sources. Those whose weight is nothing are
-/// left out.
-pub(super) fn samples(
-    run: &NestedRun,
-    log_weights: impl Iterator<Item = (usize, f64)>,
-    region: &Region,
-    prior: &SourcePrior,
-) -> Vec<ModeSample> {
-    log_weights
-        .map(|(i, log_w)| (i, log_w.exp()))
-        .filter(|(_, weight)| *weight > NO_WEIGHT)
-        .map(|(i, weight)| ModeSample {
-            source: prior.source(region, &run.dead[i].u),
-            log_l: run.dead[i].log_l,
+impl Explored {
+    /// Dead points, each with its ln weight, as samples of sources. Those whose weight is nothing
+    /// are left out.
+    pub(super) fn samples(
+        &self,
+        log_weights: impl Iterator<Item = (usize, f64)>,
+        prior: &SourcePrior,
+    ) -> Vec<ModeSample> {
+        let sample = |(i, weight): (usize, f64)| ModeSample {
+            source: prior.source(&self.region, &self.window.place(&self.run.dead[i].u)),
+            log_l: self.run.dead[i].log_l,
             weight,
-        })
-        .collect()
+        };
+        log_weights
+            .map(|(i, log_w)| (i, log_w.exp()))
+            .filter(|(_, weight)| *weight > NO_WEIGHT)
+            .map(sample)
+            .collect()
+    }
+
+    /// ln of the share that what was explored has of the prior over `field`.
+    pub(super) fn log_share(&self, field: &Region) -> f64 {
+        (self.region.area() / field.area()).ln() + self.window.log_volume()
+    }
 }

@@ -1,12 +1,12 @@
 //! The whole of detection, readable aloud.
 
 use super::accept::{Cuts, accept};
-use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore, samples};
+use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore};
 use super::queue::Queue;
 use super::refine::{Found, Refinement};
 use super::{DetectError, Mode, Observer, Status, Tile};
 use crate::dataset::{Dataset, Request};
-use crate::prior::{Region, SourcePrior};
+use crate::prior::{Region, SourcePrior, Window};
 
 /// Rounds of screening, search and subtraction, before we let it be.
 const MOST_ROUNDS: usize = 200;
@@ -50,6 +50,8 @@ pub struct Detection {
     pub log_z: Vec<f64>,
     /// Tiles that were searched, counted again each time.
     pub n_tile_searched: usize,
+    /// Searches that were stopped before they had the whole evidence of their tile.
+    pub n_tile_unfinished: usize,
 }
 
 /// A source and where it came from.
@@ -130,9 +132,7 @@ fn search(
     detection: &mut Detection,
     observer: &mut dyn Observer,
 ) -> Result<(), DetectError> {
-    let (mut modes, n_eval, log_z) = search_tiles(dataset, settings, tiles, round, observer)?;
-    detection.n_eval += n_eval;
-    detection.log_z.push(log_z);
+    let mut modes = search_tiles(dataset, settings, tiles, round, detection, observer)?;
     let removed: Vec<_> = sources.iter().map(|found| found.mode.mean).collect();
     accept(dataset, &removed, &mut modes, &settings.cuts)?;
     let first = detection.modes.len();
@@ -150,53 +150,52 @@ fn search(
     Ok(())
 }
 
-/// Every mode of the tiles, in order of tiles, with the evidence of all.
+/// Every mode of the tiles, in order of tiles.
 fn search_tiles(
     dataset: &mut Dataset,
     settings: &Settings,
     tiles: &[Tile],
     round: usize,
+    detection: &mut Detection,
     observer: &mut dyn Observer,
-) -> Result<(Vec<Mode>, u64, f64), DetectError> {
+) -> Result<Vec<Mode>, DetectError> {
     observer.stage("searching tiles", tiles.len() as u64);
     let target = |tile: &Tile| Target {
         region: tile.region,
+        window: Window::compact(),
         restored: Vec::new(),
         sampler: SamplerSettings {
             n_live: settings.n_live,
-            modes: true,
+            search: true,
             seed: stream_seed(settings.seed, [1, round as u64, tile.id as u64]),
         },
     };
     let mut found: Vec<(Vec<Mode>, f64)> = vec![(Vec::new(), f64::NEG_INFINITY); tiles.len()];
     let targets = tiles.iter().map(target).collect();
-    let n_eval = explore(
-        dataset,
-        &settings.prior,
-        settings.factory,
-        targets,
-        observer,
-        &mut |explored| {
-            let log_share = (explored.region.area() / settings.field.area()).ln();
-            let log_z = explored.run.evidence().log_z + log_share;
-            let tile = tiles[explored.index].id;
-            found[explored.index] = (modes_of(tile, &explored, settings, log_share), log_z);
-        },
-    )?;
-    let log_z = log_sum_exp(found.iter().map(|(_, log_z)| *log_z));
-    Ok((
-        found.into_iter().flat_map(|(modes, _)| modes).collect(),
-        n_eval,
-        log_z,
-    ))
+    let mut n_unfinished = 0;
+    let mut note = |explored: Explored| {
+        let log_z = explored.run.evidence().log_z + explored.log_share(&settings.field);
+        let tile = tiles[explored.index].id;
+        n_unfinished += usize::from(explored.is_unfinished);
+        found[explored.index] = (modes_of(tile, &explored, settings), log_z);
+    };
+    let (prior, factory) = (&settings.prior, settings.factory);
+    detection.n_eval += explore(dataset, prior, factory, targets, observer, &mut note)?;
+    detection.n_tile_unfinished += n_unfinished;
+    detection
+        .log_z
+        .push(log_sum_exp(found.iter().map(|(_, log_z)| *log_z)));
+    Ok(found.into_iter().flat_map(|(modes, _)| modes).collect())
 }
 
-fn modes_of(tile: usize, explored: &Explored, settings: &Settings, log_share: f64) -> Vec<Mode> {
-    let Explored { region, run, .. } = explored;
-    run.modes()
+fn modes_of(tile: usize, explored: &Explored, settings: &Settings) -> Vec<Mode> {
+    let log_share = explored.log_share(&settings.field);
+    explored
+        .run
+        .modes()
         .into_iter()
         .map(|mode| {
-            let samples = samples(run, mode.samples.iter().copied(), region, &settings.prior);
+            let samples = explored.samples(mode.samples.iter().copied(), &settings.prior);
             let mode = Mode::new(tile, samples, mode.log_z + log_share, mode.log_z_err);
             if mode.best_log_l > 0.0 {
                 mode

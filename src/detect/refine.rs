@@ -1,10 +1,10 @@
 //! Each source sampled anew with all others removed, until the sources stand still.
 
-use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore, samples};
+use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore};
 use super::pipeline::stream_seed;
 use super::{DetectError, Mode, Observer};
 use crate::dataset::Dataset;
-use crate::prior::{Region, SourcePrior};
+use crate::prior::{Region, SourcePrior, Window};
 use crate::rime::Source;
 
 /// Half the side of the region about a source, in standard deviations of its position.
@@ -99,10 +99,11 @@ impl Refinement<'_> {
             dataset.set_removed(means(sources));
             let target = |&i: &usize| Target {
                 region: self.region(&sources[i].mode),
+                window: Window::FULL,
                 restored: vec![sources[i].mode.mean],
                 sampler: SamplerSettings {
                     n_live,
-                    modes: false,
+                    search: false,
                     seed: stream_seed(seed, [i as u64, 0, 0]),
                 },
             };
@@ -142,27 +143,25 @@ impl Refinement<'_> {
         (a.l - b.l).hypot(a.m - b.m) < NEAR_BEAMS * self.beam_rad
     }
 
+    /// Where the posterior of a source lies. A mode that was left before it was narrow, or after
+    /// it had become a single point, has at least the error that its signal-to-noise ratio allows.
     fn region(&self, mode: &Mode) -> Region {
-        let half = REGION_SIGMAS * mode.position_sigma_rad;
+        let least = self.beam_rad / mode.snr_peak().max(1.0);
+        let half = REGION_SIGMAS * mode.position_sigma_rad.max(least);
         Region::square(mode.mean.lm, 2.0 * half).clipped(self.field)
     }
 
     /// The whole run about a source is its posterior.
     fn refined(&self, old: &Mode, explored: &Explored) -> Mode {
-        let Explored { region, run, .. } = explored;
-        let evidence = run.evidence();
-        let log_w = run
+        let evidence = explored.run.evidence();
+        let log_w = explored
+            .run
             .log_weights()
             .into_iter()
             .map(|log_w| log_w - evidence.log_z);
-        let samples = samples(run, log_w.enumerate(), region, self.prior);
-        let log_share = (region.area() / self.field.area()).ln();
-        let mut mode = Mode::new(
-            old.tile,
-            samples,
-            evidence.log_z + log_share,
-            evidence.log_z_err,
-        );
+        let samples = explored.samples(log_w.enumerate(), self.prior);
+        let log_z = evidence.log_z + explored.log_share(self.field);
+        let mut mode = Mode::new(old.tile, samples, log_z, evidence.log_z_err);
         mode.best_xy = old.best_xy;
         mode
     }

@@ -31,7 +31,9 @@ impl EllipticityPrior {
             cdf[i] = cdf[i - 1] + simpson * step / 6.0;
         }
         let total = cdf[N_TABLE - 1];
-        cdf.iter_mut().for_each(|p| *p /= total);
+        for p in &mut cdf {
+            *p /= total;
+        }
         Self { e_max, cdf }
     }
 

@@ -52,7 +52,7 @@ mod tests {
         assert!((prior.from_unit(0.0) - 10e-6).abs() < 1e-18);
         assert!((prior.from_unit(1.0) - 200e-6).abs() < 1e-16);
         // Closed form: (10^-0.34 + 200^-0.34)/2 to the power -1/0.34.
-        let median = ((10f64.powf(-0.34) + 200f64.powf(-0.34)) / 2.0).powf(-1.0 / 0.34);
+        let median = f64::midpoint(10f64.powf(-0.34), 200f64.powf(-0.34)).powf(-1.0 / 0.34);
         assert!((prior.from_unit(0.5) * 1e6 - median).abs() < 1e-9);
     }
 

@@ -8,12 +8,10 @@
 //! ```
 //!
 //! which is a [`QuadraticForm`] in (u, v), worked out once a source. On the sky the scale-lengths
-//! of the axes are α/(1-|e|) and α/(1+|e|), see [`Axes`].
+//! of the axes are α/(1-|e|) and α/(1+|e|).
 
-mod axes;
 mod form;
 
-pub use axes::Axes;
 pub use form::QuadraticForm;
 
 use std::f64::consts::{LN_2, PI};

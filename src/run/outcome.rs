@@ -3,13 +3,13 @@
 use vis2cat_formats::WriteError;
 
 use crate::catalogue::{
-    self, CatalogueHeader, CataloguePaths, Estimate, Flags, ModeRow, ModeStatus, PosteriorRow,
-    PriorRange, RunEntry, SourceRow, WeightedSample,
+    self, CatalogueHeader, CataloguePaths, Estimate, Flags, ModeRow, PosteriorRow, PriorRange,
+    RunEntry, SourceRow, WeightedSample,
 };
 use crate::config::Config;
 use crate::coords::{IcrsCentre, RaDec};
 use crate::dataset::Dataset;
-use crate::detect::{Detected, Detection, Mode, Settings, Status};
+use crate::detect::{Detected, Detection, Mode, Settings};
 use crate::simulate::format_utc;
 use crate::units::{ARCSEC, MICROJY};
 
@@ -189,7 +189,7 @@ fn modes(sources: &[SourceRow], detection: &Detection, frame: IcrsCentre) -> Vec
             },
             n_samples: mode.n_sample as i64,
             n_eff: mode.n_eff,
-            status: catalogue_status(mode.status),
+            status: mode.status,
             source_id: sources
                 .iter()
                 .find(|s| s.mode_id == mode_id)
@@ -197,16 +197,6 @@ fn modes(sources: &[SourceRow], detection: &Detection, frame: IcrsCentre) -> Vec
         }
     };
     detection.modes.iter().enumerate().map(row).collect()
-}
-
-fn catalogue_status(status: Status) -> ModeStatus {
-    match status {
-        Status::Kept => ModeStatus::Kept,
-        Status::F1Duplicate => ModeStatus::F1Duplicate,
-        Status::BelowCut => ModeStatus::BelowCut,
-        Status::ExplainedByBrighter => ModeStatus::ExplainedByBrighter,
-        Status::WorseThanNoSource => ModeStatus::NotConverged,
-    }
 }
 
 fn header(config: &Config, dataset: &Dataset, frame: IcrsCentre) -> CatalogueHeader {
@@ -295,6 +285,11 @@ fn run_entries(
         ),
         RunEntry::new("search.n_tile", settings.tiles.len(), "tiles"),
         RunEntry::new("search.n_live", settings.n_live, "live points a tile"),
+        RunEntry::new(
+            "search.n_tile_unfinished",
+            detection.n_tile_unfinished,
+            "searches stopped early",
+        ),
         RunEntry::new("search.n_eval", detection.n_eval, "likelihood evaluations"),
         RunEntry::new("search.n_mode", detection.modes.len(), "modes found"),
         RunEntry::new(

@@ -3,21 +3,18 @@
 //! CFITSIO is given memory and never a path: no extended file-name syntax (`file.fits[1]`) can be
 //! triggered by a user's file name, no file is shared between its handles, and it sees only what
 //! [`super::scan`] has checked. Blocks are of fixed size, without a reallocation function.
+//!
+//! Columns are written through the `fitsio` crate. Reading goes to the C functions: `fitsio` knows no
+//! missing integers and takes strings for UTF-8.
 
 #![allow(unsafe_code)]
 
-use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::ffi::{CStr, CString, c_char, c_int, c_ulong, c_void};
 use std::ptr;
 
-use fitsio_sys::{
-    ffclos, ffcmsg, ffcrtb, ffflus, ffgcvd, ffgcvs, ffgerr, ffghadll, ffimem, ffmahd, ffomem,
-    ffpcld, ffpcls, ffprec, fitsfile,
-};
-
-/// CFITSIO's `READONLY`, fitsio.h.
-const READ_ONLY: c_int = 0;
-/// CFITSIO's `BINARY_TBL`, fitsio.h.
-const BINARY_TABLE: c_int = 2;
+use fitsio::tables::WritesCol;
+use fitsio::{FileOpenMode, FitsFile};
+use fitsio_sys::{ffcmsg, ffesum, ffflus, ffgcks, ffgcvd, ffgcvs, ffgerr, ffmahd, ffmkys, ffomem};
 
 /// CFITSIO said no; the text is its own.
 #[derive(Debug)]
@@ -25,9 +22,16 @@ pub(super) struct CfitsioError(pub(super) String);
 
 type Result<T> = std::result::Result<T, CfitsioError>;
 
+impl From<fitsio::errors::Error> for CfitsioError {
+    fn from(error: fitsio::errors::Error) -> Self {
+        Self(error.to_string())
+    }
+}
+
 /// A FITS file in memory.
 pub(super) struct MemoryFits {
-    fits: *mut fitsfile,
+    /// Stands first: it is closed before its memory goes.
+    fits: FitsFile,
     memory: Box<Memory>,
 }
 
@@ -38,56 +42,35 @@ struct Memory {
     bytes: Vec<u8>,
 }
 
-impl Memory {
-    fn new(mut bytes: Vec<u8>) -> Self {
-        Self {
-            start: bytes.as_mut_ptr().cast(),
-            size: bytes.len(),
-            bytes,
-        }
-    }
-}
-
 impl MemoryFits {
     /// Opens a file held in `bytes` for reading, at its first extension.
-    pub(super) fn open(bytes: Vec<u8>) -> Result<Self> {
-        let mut memory = Box::new(Memory::new(bytes));
-        let mut fits = ptr::null_mut();
-        let mut status = 0;
-        // SAFETY: `memory` is boxed and lives in `Self` next to the handle, so the two addresses
-        // stay valid until `drop` closes the file; the name is a literal with its NUL.
-        unsafe {
-            ffcmsg();
-            ffomem(
-                &raw mut fits,
-                c"memory".as_ptr(),
-                READ_ONLY,
-                &raw mut memory.start,
-                &raw mut memory.size,
-                0,
-                None,
-                &raw mut status,
-            );
-        }
-        check(status)?;
-        let open = Self { fits, memory };
-        let mut kind = 0;
-        // SAFETY: the handle is open; `kind` outlives the call.
-        unsafe { ffmahd(open.fits, 2, &raw mut kind, &raw mut status) };
-        check(status)?;
+    pub(super) fn read(bytes: Vec<u8>) -> Result<Self> {
+        let mut open = Self::open(bytes, FileOpenMode::READONLY)?;
+        open.go_to(1)?;
         Ok(open)
     }
 
-    /// Starts an empty file in a block of at most `max_bytes`.
-    pub(super) fn create(max_bytes: usize) -> Result<Self> {
-        let mut memory = Box::new(Memory::new(vec![0; max_bytes]));
-        let mut fits = ptr::null_mut();
+    /// Opens a file held in `bytes`, complete but for cells and sums, to fill them in.
+    pub(super) fn edit(bytes: Vec<u8>) -> Result<Self> {
+        Self::open(bytes, FileOpenMode::READWRITE)
+    }
+
+    fn open(mut bytes: Vec<u8>, mode: FileOpenMode) -> Result<Self> {
+        let mut memory = Box::new(Memory {
+            start: bytes.as_mut_ptr().cast(),
+            size: bytes.len(),
+            bytes,
+        });
+        let mut handle = ptr::null_mut();
         let mut status = 0;
-        // SAFETY: as in `open`; without a reallocation function CFITSIO stops at `size`.
+        // SAFETY: `memory` is boxed and lives in `Self` behind the handle, so the two addresses stay
+        // valid until the file is closed; the name is a literal with its NUL.
         unsafe {
             ffcmsg();
-            ffimem(
-                &raw mut fits,
+            ffomem(
+                &raw mut handle,
+                c"memory".as_ptr(),
+                c_int::from(mode == FileOpenMode::READWRITE),
                 &raw mut memory.start,
                 &raw mut memory.size,
                 0,
@@ -96,25 +79,44 @@ impl MemoryFits {
             );
         }
         check(status)?;
+        // SAFETY: CFITSIO has just made the handle, and nobody else has it.
+        let fits = unsafe { FitsFile::from_raw(handle, mode) }?;
         Ok(Self { fits, memory })
     }
 
-    /// Elements of a column from the first row on, converted to `f64`.
-    pub(super) fn read_numbers(&mut self, column: usize, count: usize) -> Result<Vec<f64>> {
+    /// Makes HDU `hdu`, from 0, the current one.
+    fn go_to(&mut self, hdu: usize) -> Result<()> {
+        let (mut kind, mut status) = (0, 0);
+        // SAFETY: the handle is open; `kind` outlives the call.
+        unsafe {
+            let handle = self.fits.as_raw();
+            ffmahd(handle, hdu as c_int + 1, &raw mut kind, &raw mut status);
+        }
+        check(status)
+    }
+
+    /// Elements of a column from the first row on, converted to `f64`; `missing` stands for those
+    /// that are `TNULLn`, where it is not 0.
+    pub(super) fn read_numbers(
+        &mut self,
+        column: usize,
+        count: usize,
+        missing: f64,
+    ) -> Result<Vec<f64>> {
         let mut values = vec![0.0; count];
-        let mut status = 0;
-        // SAFETY: the array has room for the `count` elements asked for; nulval 0 means that
-        // undefined values come as NaN and `anynul` is not needed.
+        let (mut any_missing, mut status) = (0, 0);
+        // SAFETY: the array has room for the `count` elements asked for. CFITSIO writes through
+        // `any_missing` without looking whether it is null as soon as it meets a `TNULLn`.
         unsafe {
             ffgcvd(
-                self.fits,
+                self.fits.as_raw(),
                 column as c_int,
                 1,
                 1,
                 count as i64,
-                0.0,
+                missing,
                 values.as_mut_ptr(),
-                ptr::null_mut(),
+                &raw mut any_missing,
                 &raw mut status,
             );
         }
@@ -132,7 +134,7 @@ impl MemoryFits {
         // SAFETY: one cell is asked for and its buffer is longer than the column is wide.
         unsafe {
             ffgcvs(
-                self.fits,
+                self.fits.as_raw(),
                 column as c_int,
                 row as i64 + 1,
                 1,
@@ -149,134 +151,76 @@ impl MemoryFits {
         Ok(text)
     }
 
-    /// Appends a binary table; `columns` are (name, format, unit).
-    pub(super) fn create_table(
+    /// Fills a column of HDU `hdu` from its first row on.
+    pub(super) fn write_column<T: WritesCol>(
         &mut self,
+        hdu: usize,
         name: &str,
-        n_row: usize,
-        columns: &[(&str, &str, &str)],
+        values: &[T],
     ) -> Result<()> {
-        let strings = |pick: fn(&(&str, &str, &str)) -> String| -> Result<Vec<CString>> {
-            columns
-                .iter()
-                .map(|column| c_string(&pick(column)))
-                .collect()
-        };
-        let names = strings(|c| c.0.to_owned())?;
-        let forms = strings(|c| c.1.to_owned())?;
-        let units = strings(|c| c.2.to_owned())?;
-        let pointers = |s: &[CString]| s.iter().map(|s| s.as_ptr().cast_mut()).collect::<Vec<_>>();
-        let (mut names_p, mut forms_p, mut units_p) =
-            (pointers(&names), pointers(&forms), pointers(&units));
-        let extname = c_string(name)?;
-        let mut status = 0;
-        // SAFETY: three arrays of `columns.len()` NUL-terminated strings that outlive the call;
-        // CFITSIO only reads them.
-        unsafe {
-            ffcrtb(
-                self.fits,
-                BINARY_TABLE,
-                n_row as i64,
-                columns.len() as c_int,
-                names_p.as_mut_ptr(),
-                forms_p.as_mut_ptr(),
-                units_p.as_mut_ptr(),
-                extname.as_ptr(),
-                &raw mut status,
-            );
+        if !values.is_empty() {
+            let table = self.fits.hdu(hdu)?;
+            table.write_col(&mut self.fits, name, values)?;
         }
-        check(status)
+        Ok(())
     }
 
-    /// Appends one header card, 80 bytes.
-    pub(super) fn write_card(&mut self, card: &[u8]) -> Result<()> {
-        let card = CString::new(card).map_err(|_| CfitsioError("NUL in a card".into()))?;
-        let mut status = 0;
-        // SAFETY: a NUL-terminated card that outlives the call.
-        unsafe { ffprec(self.fits, card.as_ptr(), &raw mut status) };
-        check(status)
+    /// Fills in `DATASUM` and `CHECKSUM` of HDU `hdu`.
+    ///
+    /// Not by CFITSIO's `ffpcks`, which writes the date beside them.
+    pub(super) fn write_sums(&mut self, hdu: usize) -> Result<()> {
+        self.go_to(hdu)?;
+        let (data_sum, _) = self.sums()?;
+        self.set_text(c"DATASUM", &data_sum.to_string())?;
+        let (_, whole_sum) = self.sums()?;
+        let mut code = [0u8; 17];
+        // SAFETY: ffesum writes 16 characters and a NUL.
+        unsafe { ffesum(whole_sum, 1, code.as_mut_ptr().cast()) };
+        self.set_text(c"CHECKSUM", &String::from_utf8_lossy(&code[..16]))
     }
 
-    /// Fills a column with numbers from its first row on.
-    pub(super) fn write_numbers(&mut self, column: usize, values: &[f64]) -> Result<()> {
-        let mut values = values.to_vec();
-        let mut status = 0;
-        // SAFETY: the array holds the `len` elements that are announced.
+    /// Sums of the current HDU's data and of all of it.
+    fn sums(&mut self) -> Result<(c_ulong, c_ulong)> {
+        let (mut data, mut whole, mut status) = (0, 0, 0);
+        // SAFETY: the handle is open; the three results outlive the call.
         unsafe {
-            ffpcld(
-                self.fits,
-                column as c_int,
-                1,
-                1,
-                values.len() as i64,
-                values.as_mut_ptr(),
-                &raw mut status,
-            );
-        }
-        check(status)
-    }
-
-    /// Fills a column with strings, one a row.
-    pub(super) fn write_texts(&mut self, column: usize, texts: &[String]) -> Result<()> {
-        let strings = texts
-            .iter()
-            .map(|t| c_string(t))
-            .collect::<Result<Vec<_>>>()?;
-        let mut pointers: Vec<_> = strings.iter().map(|s| s.as_ptr().cast_mut()).collect();
-        let mut status = 0;
-        // SAFETY: as many NUL-terminated strings as announced, alive during the call.
-        unsafe {
-            ffpcls(
-                self.fits,
-                column as c_int,
-                1,
-                1,
-                pointers.len() as i64,
-                pointers.as_mut_ptr(),
-                &raw mut status,
-            );
-        }
-        check(status)
-    }
-
-    /// The bytes of the current HDU, padded to whole blocks.
-    pub(super) fn current_hdu(&mut self) -> Result<Vec<u8>> {
-        let (mut head, mut data, mut end) = (0, 0, 0);
-        let mut status = 0;
-        // SAFETY: the handle is open; the three results outlive the calls.
-        unsafe {
-            ffflus(self.fits, &raw mut status);
-            ffghadll(
-                self.fits,
-                &raw mut head,
+            ffgcks(
+                self.fits.as_raw(),
                 &raw mut data,
-                &raw mut end,
+                &raw mut whole,
                 &raw mut status,
             );
         }
         check(status)?;
-        // SAFETY: CFITSIO keeps no buffered bytes after the flush, and wrote `memory.bytes`
-        // through the pointer it was given; the block was neither moved nor freed.
-        let block = unsafe {
-            std::slice::from_raw_parts(self.memory.start.cast::<u8>(), self.memory.bytes.len())
-        };
-        block
-            .get(head as usize..end as usize)
-            .map(<[u8]>::to_vec)
-            .ok_or_else(|| CfitsioError("the table outgrew its block of memory".into()))
+        Ok((data, whole))
     }
-}
 
-impl Drop for MemoryFits {
-    fn drop(&mut self) {
+    /// Changes the value of a keyword and keeps its comment.
+    fn set_text(&mut self, key: &CStr, value: &str) -> Result<()> {
+        let value = CString::new(value).map_err(|_| CfitsioError("NUL in a string".into()))?;
         let mut status = 0;
-        // SAFETY: the handle is open and is never used again; the memory stays ours.
-        unsafe { ffclos(self.fits, &raw mut status) };
+        // SAFETY: three strings with their NUL, alive during the call.
+        unsafe {
+            ffmkys(
+                self.fits.as_raw(),
+                key.as_ptr(),
+                value.as_ptr(),
+                c"&".as_ptr(),
+                &raw mut status,
+            );
+        }
+        check(status)
     }
-}
 
-fn c_string(text: &str) -> Result<CString> {
-    CString::new(text).map_err(|_| CfitsioError("NUL in a string".into()))
+    /// Closes the file and gives its bytes back.
+    pub(super) fn into_bytes(mut self) -> Result<Vec<u8>> {
+        let mut status = 0;
+        // SAFETY: the handle is open.
+        unsafe { ffflus(self.fits.as_raw(), &raw mut status) };
+        check(status)?;
+        drop(self.fits);
+        Ok(self.memory.bytes)
+    }
 }
 
 /// CFITSIO's status as a result with its text.

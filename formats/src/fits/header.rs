@@ -93,6 +93,21 @@ impl Header {
         }
     }
 
+    /// Appends to the string under `key`, where that ends in the mark of continuation.
+    pub(crate) fn extend(&mut self, key: &str, more: &str) {
+        if let Some(Value::Text(text)) = self.values.get_mut(key)
+            && text.ends_with('&')
+        {
+            text.pop();
+            text.push_str(more);
+        }
+    }
+
+    /// The value of a keyword, of whatever kind.
+    pub(crate) fn value(&self, key: &str) -> Option<&Value> {
+        self.values.get(key)
+    }
+
     /// Refuses a keyword that came twice with different values: two readers would disagree.
     pub(crate) fn once(&self, key: &str) -> Result<(), ReadError> {
         if self.doubled.iter().any(|k| k == key) {
@@ -135,7 +150,7 @@ impl Header {
     pub(crate) fn integer(&self, key: &str) -> Result<Option<i64>, ReadError> {
         match self.values.get(key) {
             None => Ok(None),
-            Some(Value::Integer(i)) => Ok(Some(*i)),
+            Some(Value::Integer(i)) if i64::try_from(*i).is_ok() => Ok(Some(*i as i64)),
             Some(other) => Err(self.not_a("whole number", key, other)),
         }
     }

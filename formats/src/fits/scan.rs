@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::card;
+use super::card::parse;
 use super::header::{Header, Place};
 use super::tform::Tform;
 use super::{BLOCK_BYTES, CARD_BYTES, padded};
@@ -118,6 +118,7 @@ fn read_hdu(whole: &Place, file: &mut File, offset: u64, index: usize) -> Result
 
 /// Reads blocks up to the END card; returns how many.
 fn read_header(file: &mut File, header: &mut Header, primary: bool) -> Result<usize, ReadError> {
+    let mut last = String::new();
     for n_block in 0..MAX_HEADER_BLOCKS {
         let mut block = [0u8; BLOCK_BYTES];
         if let Err(source) = file.read_exact(&mut block) {
@@ -131,23 +132,29 @@ fn read_header(file: &mut File, header: &mut Header, primary: bool) -> Result<us
         let (cards, _) = block.as_chunks::<CARD_BYTES>();
         if n_block == 0 {
             let wanted = if primary { "SIMPLE" } else { "XTENSION" };
-            if card::keyword(&cards[0]) != wanted {
+            if parse::keyword(&cards[0]) != wanted {
                 let what = format!("does not start with {wanted}: this is no FITS file");
                 return Err(header.place.malformed("header", what));
             }
         }
         for card in cards {
-            match card::keyword(card).as_str() {
+            match parse::keyword(card).as_str() {
                 "END" => return Ok(n_block + 1),
                 "XTENSION" if primary => {
                     let what = "an extension starts before the END card";
                     return Err(header.place.malformed("header", what));
                 }
-                "HISTORY" => header.history.push(card::commentary(card)),
-                "COMMENT" | "CONTINUE" | "" => {}
+                "HISTORY" => header.history.push(parse::commentary(card)),
+                "COMMENT" | "" => {}
+                "CONTINUE" => {
+                    if let Some(more) = parse::continuation(card) {
+                        header.extend(&last, &more);
+                    }
+                }
                 key => {
-                    if let Some(value) = card::value(card) {
+                    if let Some(value) = parse::value(card) {
                         header.insert(key.to_owned(), value);
+                        key.clone_into(&mut last);
                     }
                 }
             }

@@ -43,15 +43,20 @@ impl Tform {
 
     /// The format as a plain `rT`, types that are not read here as bytes.
     pub(crate) fn plain(self) -> String {
-        if self.is_number() || self.letter == b'A' {
+        if b"ABIJKED".contains(&self.letter) {
             return format!("{}{}", self.repeat, self.letter as char);
         }
         format!("{}B", self.bytes().unwrap_or(0))
     }
 
-    /// Whether a cell holds numbers that an `f64` can stand for.
+    /// Whether a cell holds integers.
+    pub(crate) fn is_integer(self) -> bool {
+        b"BIJK".contains(&self.letter)
+    }
+
+    /// Whether a cell holds numbers, or truth values, that an `f64` can stand for.
     pub(crate) fn is_number(self) -> bool {
-        b"BIJKED".contains(&self.letter)
+        self.is_integer() || b"EDL".contains(&self.letter)
     }
 }
 

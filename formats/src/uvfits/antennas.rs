@@ -6,9 +6,9 @@
 use std::fs::File;
 
 use super::date;
+use crate::fits::Table;
 use crate::fits::header::{Header, Place};
 use crate::fits::scan::Hdu;
-use crate::fits::table::Table;
 use crate::{Antenna, EarthOrientation, ReadError, TimeScale};
 
 /// All antennas of a file, and how its rows name them.
@@ -89,13 +89,11 @@ impl Antennas {
         warnings: &mut Vec<String>,
     ) -> Result<(), ReadError> {
         let mut table = Table::read(file, hdu)?;
-        let position = Position::read(table.header, warnings)?;
-        let numbers = table.need_numbers("NOSTA", 1)?;
-        let xyz_m = table.need_numbers("STABXYZ", 3)?;
+        let position = Position::read(&table.header, warnings)?;
+        let numbers = table.need_cells("NOSTA", 1)?;
+        let xyz_m = table.need_cells("STABXYZ", 3)?;
         let names = table.texts("ANNAME")?.unwrap_or_default();
-        let diameters_m = table
-            .numbers("DIAMETER")?
-            .filter(|column| column.repeat > 0);
+        let diameters_m = table.cells("DIAMETER")?.filter(|column| column.repeat > 0);
         for row in 0..table.n_row {
             let number = numbers.row(row)[0];
             if number.fract() != 0.0 || !(0.0..=f64::from(u32::MAX)).contains(&number) {

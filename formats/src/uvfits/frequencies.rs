@@ -10,9 +10,9 @@
 use std::fs::File;
 
 use super::axes::Axes;
+use crate::fits::Table;
 use crate::fits::header::Header;
 use crate::fits::scan::Hdu;
-use crate::fits::table::Table;
 use crate::{FreqSetup, ReadError};
 
 /// Most channels over all set-ups, where there are several.
@@ -140,11 +140,11 @@ fn from_table(
     warnings: &mut Vec<String>,
 ) -> Result<Frequencies, ReadError> {
     let place = table.header.place.clone();
-    let numbers = table.need_numbers("FRQSEL", 1)?;
-    let offsets_hz = table.need_numbers("IF FREQ", axis.n_if)?;
-    let widths_hz = table.need_numbers("CH WIDTH", axis.n_if)?;
+    let numbers = table.need_cells("FRQSEL", 1)?;
+    let offsets_hz = table.need_cells("IF FREQ", axis.n_if)?;
+    let widths_hz = table.need_cells("CH WIDTH", axis.n_if)?;
     let sidebands = table
-        .numbers("SIDEBAND")?
+        .cells("SIDEBAND")?
         .filter(|column| column.repeat >= axis.n_if);
     if table.n_row == 0 {
         return Err(place.malformed("NAXIS2", "is 0: there is no frequency set-up"));

@@ -4,7 +4,7 @@
 //! Memo, section 3.1.
 
 use super::date::{self, MJD_ZERO_JD};
-use crate::fits::card::Cards;
+use crate::fits::{CARD_BYTES, Cards};
 use crate::{Corr, Frame, FreqSetup, Observation};
 
 /// Largest number that BASELINE = 256·a1 + a2 can name.
@@ -124,29 +124,29 @@ impl Plan {
     ) -> usize {
         let parameters = self.parameters(day_mjd, has_interval);
         let axes = self.axes(observation);
-        cards.logical("SIMPLE", true, "FITS");
-        cards.integer("BITPIX", -32, "32-bit floating point");
-        cards.integer("NAXIS", axes.len() as i64 + 1, "");
-        cards.integer("NAXIS1", 0, "random groups, no image");
+        cards.push("SIMPLE", true, "FITS");
+        cards.push("BITPIX", -32, "32-bit floating point");
+        cards.push("NAXIS", axes.len() + 1, "");
+        cards.push("NAXIS1", 0, "random groups, no image");
         for (number, axis) in (2..).zip(&axes) {
-            cards.integer(&format!("NAXIS{number}"), axis.len as i64, "");
+            cards.push(&format!("NAXIS{number}"), axis.len, "");
         }
-        cards.logical("EXTEND", true, "tables follow");
-        cards.logical("GROUPS", true, "random groups");
-        cards.integer("PCOUNT", parameters.len() as i64, "parameters of a group");
-        let gcount_at = cards.bytes.len() + 10;
-        cards.integer("GCOUNT", 0, "groups");
+        cards.push("EXTEND", true, "tables follow");
+        cards.push("GROUPS", true, "random groups");
+        cards.push("PCOUNT", parameters.len(), "parameters of a group");
+        let gcount_at = cards.keywords.len() * CARD_BYTES + 10;
+        cards.push("GCOUNT", 0, "groups");
         for (number, axis) in (2..).zip(&axes) {
-            cards.text(&format!("CTYPE{number}"), axis.name, axis.comment);
-            cards.real(&format!("CRVAL{number}"), axis.value, "");
-            cards.real(&format!("CDELT{number}"), axis.step, "");
-            cards.real(&format!("CRPIX{number}"), 1.0, "");
-            cards.real(&format!("CROTA{number}"), 0.0, "");
+            cards.push(&format!("CTYPE{number}"), axis.name, axis.comment);
+            cards.push(&format!("CRVAL{number}"), axis.value, "");
+            cards.push(&format!("CDELT{number}"), axis.step, "");
+            cards.push(&format!("CRPIX{number}"), 1.0, "");
+            cards.push(&format!("CROTA{number}"), 0.0, "");
         }
         for (number, (name, zero)) in (1..).zip(parameters) {
-            cards.text(&format!("PTYPE{number}"), name, "");
-            cards.real(&format!("PSCAL{number}"), 1.0, "");
-            cards.real(&format!("PZERO{number}"), zero, "");
+            cards.push(&format!("PTYPE{number}"), name, "");
+            cards.push(&format!("PSCAL{number}"), 1.0, "");
+            cards.push(&format!("PZERO{number}"), zero, "");
         }
         self.describe(cards, observation, day_mjd);
         gcount_at
@@ -191,35 +191,35 @@ impl Plan {
             [field] => field.name.as_str(),
             _ => "MULTI",
         };
-        cards.text("OBJECT", name, "");
-        cards.text("TELESCOP", &observation.telescope, "");
-        cards.text("INSTRUME", &observation.instrument, "");
-        cards.text("OBSERVER", &observation.observer, "");
-        cards.text("DATE-OBS", &reference_day(observation, day_mjd), "");
-        cards.real("BSCALE", 1.0, "");
-        cards.real("BZERO", 0.0, "");
-        cards.text("BUNIT", "JY", "");
+        cards.push("OBJECT", name, "");
+        cards.push("TELESCOP", observation.telescope.as_str(), "");
+        cards.push("INSTRUME", observation.instrument.as_str(), "");
+        cards.push("OBSERVER", observation.observer.as_str(), "");
+        cards.push("DATE-OBS", reference_day(observation, day_mjd), "");
+        cards.push("BSCALE", 1.0, "");
+        cards.push("BZERO", 0.0, "");
+        cards.push("BUNIT", "JY", "");
         let (name, equinox) = match self.frame {
             Frame::Icrs => ("ICRS", 2000.0),
             Frame::Fk5(equinox) => ("FK5", equinox),
             Frame::Fk4(equinox) => ("FK4", equinox),
         };
-        cards.text("RADESYS", name, "");
+        cards.push("RADESYS", name, "");
         // pyuvdata knows frames in lower case only, and looks here first.
-        cards.text("PHSFRAME", &name.to_lowercase(), "as RADESYS, for pyuvdata");
-        cards.real("EPOCH", equinox, "");
+        cards.push("PHSFRAME", name.to_lowercase(), "as RADESYS, for pyuvdata");
+        cards.push("EPOCH", equinox, "");
         if let [field] = observation.fields.as_slice() {
-            cards.real("OBSRA", field.ra_rad.to_degrees(), "deg");
-            cards.real("OBSDEC", field.dec_rad.to_degrees(), "deg");
+            cards.push("OBSRA", field.ra_rad.to_degrees(), "deg");
+            cards.push("OBSDEC", field.dec_rad.to_degrees(), "deg");
         }
         // Readers of Miriad's family take the weights' scale from here and zero them without it.
-        cards.history("AIPS WTSCAL = 1.0");
+        cards.history.push("AIPS WTSCAL = 1.0".to_owned());
         for line in observation
             .history
             .iter()
             .filter(|line| !line.contains("WTSCAL"))
         {
-            cards.history(line);
+            cards.history.push(line.clone());
         }
     }
 }

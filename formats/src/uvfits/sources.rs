@@ -7,8 +7,8 @@ use std::fs::File;
 
 use super::axes::Axes;
 use super::frame;
+use crate::fits::Table;
 use crate::fits::scan::Hdu;
-use crate::fits::table::Table;
 use crate::{Field, ReadError};
 
 /// The fields and the `ID. NO.` of each; no numbers where the header's position is the only one.
@@ -90,11 +90,11 @@ fn from_table(
     warnings: &mut Vec<String>,
 ) -> Result<Sources, ReadError> {
     let place = table.header.place.clone();
-    let numbers = table.need_numbers("ID. NO.", 1)?;
-    let ra_deg = table.need_numbers("RAEPO", 1)?;
-    let dec_deg = table.need_numbers("DECEPO", 1)?;
-    let epochs = match table.numbers("EPOCH")? {
-        None => table.numbers("EQUINOX")?,
+    let numbers = table.need_cells("ID. NO.", 1)?;
+    let ra_deg = table.need_cells("RAEPO", 1)?;
+    let dec_deg = table.need_cells("DECEPO", 1)?;
+    let epochs = match table.cells("EPOCH")? {
+        None => table.cells("EQUINOX")?,
         some => some,
     };
     let names = table.texts("SOURCE")?.unwrap_or_default();
@@ -102,7 +102,7 @@ fn from_table(
         return Err(place.malformed("NAXIS2", "is 0: there is no source"));
     }
     if table
-        .numbers("FREQOFF")?
+        .cells("FREQOFF")?
         .is_some_and(|column| column.values.iter().any(|&f| f != 0.0))
     {
         warnings

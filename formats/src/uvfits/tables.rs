@@ -6,52 +6,55 @@
 
 use super::date;
 use super::plan::{Plan, reference_day};
-use crate::fits::card::{Cards, printable};
-use crate::fits::table::{Cells, Column, table_bytes};
+use crate::fits::{Cards, Column, ColumnData, TableSpec, extensions};
 use crate::{Corr, Frame, Observation, TimeScale};
 
 /// The tables as the bytes of their HDUs; the antennas last.
 pub(super) fn all(observation: &Observation, plan: &Plan, day_mjd: f64) -> Result<Vec<u8>, String> {
-    let mut bytes = frequencies(observation, plan)?;
+    let mut tables = vec![frequencies(observation, plan)];
     if plan.has_source {
-        bytes.extend(sources(observation)?);
+        tables.push(sources(observation));
     }
-    bytes.extend(antennas(observation, plan, day_mjd)?);
-    Ok(bytes)
+    tables.push(antennas(observation, plan, day_mjd));
+    extensions(&tables)
+}
+
+fn table(name: &str, columns: Vec<Column>, cards: Cards) -> TableSpec {
+    let extname = name.to_owned();
+    TableSpec {
+        extname,
+        columns,
+        cards,
+    }
 }
 
 /// A column of strings, at least `width` wide and as wide as the longest needs.
-fn text<'a>(name: &'static str, width: usize, values: impl Iterator<Item = &'a str>) -> Column {
-    let values: Vec<String> = values.map(|value| printable(value.as_bytes())).collect();
-    let longest = values.iter().map(String::len).max().unwrap_or(0);
-    Column {
-        name,
-        form: format!("{}A", longest.max(width)),
-        unit: "",
-        cells: Cells::Text(values),
-    }
+fn text<'a>(name: &str, width: usize, values: impl Iterator<Item = &'a str>) -> Column {
+    let values = values.map(|value| format!("{value:<width$}")).collect();
+    column(name, "", ColumnData::Text(values))
 }
 
-fn numbers(
-    name: &'static str,
-    form: impl Into<String>,
-    unit: &'static str,
-    values: Vec<f64>,
-) -> Column {
+fn numbers(name: &str, form: impl Into<String>, unit: &str, values: Vec<f64>) -> Column {
+    let form = form.into();
+    column(name, unit, ColumnData::Cells { form, values })
+}
+
+fn column(name: &str, unit: &str, data: ColumnData) -> Column {
     Column {
-        name,
-        form: form.into(),
-        unit,
-        cells: Cells::Numbers(values),
+        name: name.to_owned(),
+        unit: (!unit.is_empty()).then(|| unit.to_owned()),
+        ucd: None,
+        description: String::new(),
+        data,
     }
 }
 
 /// `AIPS FQ`: one row a frequency set-up.
-fn frequencies(observation: &Observation, plan: &Plan) -> Result<Vec<u8>, String> {
+fn frequencies(observation: &Observation, plan: &Plan) -> TableSpec {
     let (n_row, n_if) = (plan.ifs.len(), plan.n_if);
     let per_if = (plan.n_chan / n_if) as f64;
     let bands = || plan.ifs.iter().flatten();
-    let columns = [
+    let columns = vec![
         numbers("FRQSEL", "1J", "", (1..=n_row).map(|i| i as f64).collect()),
         numbers(
             "IF FREQ",
@@ -82,13 +85,13 @@ fn frequencies(observation: &Observation, plan: &Plan) -> Result<Vec<u8>, String
     ];
     debug_assert_eq!(n_row, observation.freq_setups.len());
     let mut cards = Cards::default();
-    cards.integer("EXTVER", 1, "");
-    cards.integer("NO_IF", n_if as i64, "");
-    table_bytes("AIPS FQ", n_row, &columns, &cards)
+    cards.push("EXTVER", 1, "");
+    cards.push("NO_IF", n_if, "");
+    table("AIPS FQ", columns, cards)
 }
 
 /// `AIPS SU`: one row a field.
-fn sources(observation: &Observation) -> Result<Vec<u8>, String> {
+fn sources(observation: &Observation) -> TableSpec {
     let fields = &observation.fields;
     let n_row = fields.len();
     let n_if = observation.freq_setups[0].n_if;
@@ -100,7 +103,7 @@ fn sources(observation: &Observation) -> Result<Vec<u8>, String> {
         Frame::Fk5(equinox) | Frame::Fk4(equinox) => equinox,
     };
     let per_if = |letter: &str| format!("{n_if}{letter}");
-    let columns = [
+    let columns = vec![
         numbers("ID. NO.", "1J", "", (1..=n_row).map(|i| i as f64).collect()),
         text("SOURCE", 20, fields.iter().map(|f| f.name.as_str())),
         numbers("QUAL", "1J", "", zeros(1)),
@@ -129,16 +132,16 @@ fn sources(observation: &Observation) -> Result<Vec<u8>, String> {
         numbers("DECOBS", "1D", "DEGREES", dec_deg),
     ];
     let mut cards = Cards::default();
-    cards.integer("EXTVER", 1, "");
-    cards.integer("NO_IF", n_if as i64, "");
-    cards.integer("FREQID", -1, "any");
-    cards.text("VELTYP", "", "");
-    cards.text("VELDEF", "", "");
-    table_bytes("AIPS SU", n_row, &columns, &cards)
+    cards.push("EXTVER", 1, "");
+    cards.push("NO_IF", n_if, "");
+    cards.push("FREQID", -1, "any");
+    cards.push("VELTYP", "", "");
+    cards.push("VELDEF", "", "");
+    table("AIPS SU", columns, cards)
 }
 
 /// `AIPS AN`: one row an antenna, positions geocentric.
-fn antennas(observation: &Observation, plan: &Plan, day_mjd: f64) -> Result<Vec<u8>, String> {
+fn antennas(observation: &Observation, plan: &Plan, day_mjd: f64) -> TableSpec {
     let list = &observation.antennas;
     let n_row = list.len();
     let linear = !matches!(
@@ -176,11 +179,10 @@ fn antennas(observation: &Observation, plan: &Plan, day_mjd: f64) -> Result<Vec<
         let diameters_m = list.iter().map(|a| a.diameter_m.unwrap_or(0.0)).collect();
         columns.push(numbers("DIAMETER", "1E", "METERS", diameters_m));
     }
-    table_bytes(
+    table(
         "AIPS AN",
-        n_row,
-        &columns,
-        &antenna_cards(observation, plan, day_mjd),
+        columns,
+        antenna_cards(observation, plan, day_mjd),
     )
 }
 
@@ -192,35 +194,35 @@ fn antenna_cards(observation: &Observation, plan: &Plan, day_mjd: f64) -> Cards 
     let is_tai = observation.time_scale == TimeScale::Tai;
     let time_scale = if is_tai { "TAI" } else { "UTC" };
     let mut cards = Cards::default();
-    cards.integer("EXTVER", 1, "subarray");
+    cards.push("EXTVER", 1, "subarray");
     // Zero: STABXYZ is geocentric. Relative positions are understood in two ways by readers.
     for key in ["ARRAYX", "ARRAYY", "ARRAYZ"] {
-        cards.real(key, 0.0, "m");
+        cards.push(key, 0.0, "m");
     }
-    cards.real(
+    cards.push(
         "GSTIA0",
         earth.gst0_deg.unwrap_or(mean_deg),
         "deg, sidereal time at 0 h of RDATE",
     );
-    cards.real("DEGPDY", date::DEG_PER_DAY, "deg/day");
-    cards.real("FREQ", plan.ref_hz, "Hz");
-    cards.text("RDATE", &day, "");
-    cards.real("POLARX", polar_arcsec[0], "arcsec");
-    cards.real("POLARY", polar_arcsec[1], "arcsec");
-    cards.real("UT1UTC", earth.ut1_utc_s.unwrap_or(0.0), "s");
+    cards.push("DEGPDY", date::DEG_PER_DAY, "deg/day");
+    cards.push("FREQ", plan.ref_hz, "Hz");
+    cards.push("RDATE", day, "");
+    cards.push("POLARX", polar_arcsec[0], "arcsec");
+    cards.push("POLARY", polar_arcsec[1], "arcsec");
+    cards.push("UT1UTC", earth.ut1_utc_s.unwrap_or(0.0), "s");
     if !is_tai {
-        cards.real("DATUTC", 0.0, "s, time scale - UTC");
+        cards.push("DATUTC", 0.0, "s, time scale - UTC");
     }
     // The memo has both spellings; some readers know only the second and then assume TAI.
-    cards.text("TIMESYS", time_scale, "");
-    cards.text("TIMSYS", time_scale, "");
-    cards.text("ARRNAM", &observation.telescope, "");
-    cards.text("XYZHAND", "RIGHT", "");
-    cards.text("FRAME", "ITRF", "");
-    cards.integer("NUMORB", 0, "");
-    cards.integer("NO_IF", plan.n_if as i64, "");
-    cards.integer("NOPCAL", 0, "");
-    cards.text("POLTYPE", "", "");
-    cards.integer("FREQID", -1, "any");
+    cards.push("TIMESYS", time_scale, "");
+    cards.push("TIMSYS", time_scale, "");
+    cards.push("ARRNAM", observation.telescope.as_str(), "");
+    cards.push("XYZHAND", "RIGHT", "");
+    cards.push("FRAME", "ITRF", "");
+    cards.push("NUMORB", 0, "");
+    cards.push("NO_IF", plan.n_if, "");
+    cards.push("NOPCAL", 0, "");
+    cards.push("POLTYPE", "", "");
+    cards.push("FREQID", -1, "any");
     cards
 }

@@ -1,19 +1,11 @@
 //! Writing.
 
-use std::fs::OpenOptions;
-use std::io::{BufWriter, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
-
-use tempfile::NamedTempFile;
+use std::path::Path;
 
 use super::plan::Plan;
 use super::{C_M_S, baseline, tables};
-use crate::fits::BLOCK_BYTES;
-use crate::fits::card::Cards;
+use crate::fits::{BLOCK_BYTES, Cards, PendingFile, refuse_existing};
 use crate::{Observation, VisChunk, VisWriter, WriteError};
-
-/// Bytes gathered before each write.
-const BUFFER_BYTES: usize = 1 << 20;
 
 /// Times beyond this have no calendar day [day].
 const MAX_MJD: f64 = 1e6;
@@ -31,11 +23,9 @@ const MAX_UVW_M: f64 = 1e15;
 /// it, they are written in the order of their codes.
 #[derive(Debug)]
 pub struct UvfitsWriter {
-    path: PathBuf,
-    overwrite: bool,
+    file: PendingFile,
     observation: Observation,
     plan: Plan,
-    file: BufWriter<NamedTempFile>,
     /// Known from the first row on.
     started: Option<Started>,
     n_row: u64,
@@ -64,25 +54,15 @@ impl UvfitsWriter {
         observation: &Observation,
         overwrite: bool,
     ) -> Result<Self, WriteError> {
-        if !overwrite && path.exists() {
-            return Err(WriteError::Exists {
-                path: path.to_owned(),
-            });
-        }
+        refuse_existing(path, overwrite)?;
         let plan = Plan::new(observation).map_err(|what| WriteError::Parameter {
             path: path.to_owned(),
             what,
         })?;
-        let file = hidden_file_beside(path).map_err(|source| WriteError::Io {
-            path: path.to_owned(),
-            source,
-        })?;
         Ok(Self {
-            path: path.to_owned(),
-            overwrite,
+            file: PendingFile::create(path, overwrite)?,
             observation: observation.clone(),
             plan,
-            file: BufWriter::with_capacity(BUFFER_BYTES, file),
             started: None,
             n_row: 0,
             row: Vec::new(),
@@ -97,7 +77,7 @@ impl UvfitsWriter {
         let gcount_at =
             self.plan
                 .primary_cards(&mut cards, &self.observation, day_mjd, has_interval);
-        self.write(&cards.end())?;
+        self.file.append(&cards.header())?;
         let started = Started {
             gcount_offset: gcount_at as u64,
             day_mjd,
@@ -105,13 +85,6 @@ impl UvfitsWriter {
         };
         self.started = Some(started);
         Ok(started)
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> Result<(), WriteError> {
-        self.file.write_all(bytes).map_err(|source| WriteError::Io {
-            path: self.path.clone(),
-            source,
-        })
     }
 
     /// One row as a group of big-endian floats, in `self.row`.
@@ -225,7 +198,7 @@ impl UvfitsWriter {
 
     fn parameter_error(&self, what: String) -> WriteError {
         WriteError::Parameter {
-            path: self.path.clone(),
+            path: self.file.path().to_owned(),
             what,
         }
     }
@@ -237,21 +210,12 @@ impl UvfitsWriter {
         };
         let data_bytes = self.n_row * self.row.len() as u64;
         let padding = data_bytes.next_multiple_of(BLOCK_BYTES as u64) - data_bytes;
-        self.write(&vec![0; padding as usize])?;
+        self.file.append(&vec![0; padding as usize])?;
         let tables = tables::all(&self.observation, &self.plan, started.day_mjd)
             .map_err(|what| self.parameter_error(what))?;
-        self.write(&tables)?;
+        self.file.append(&tables)?;
         let gcount = format!("{:>20}", self.n_row);
-        let io = |source| WriteError::Io {
-            path: self.path.clone(),
-            source,
-        };
-        self.file
-            .seek(SeekFrom::Start(started.gcount_offset))
-            .map_err(io)?;
-        self.file.write_all(gcount.as_bytes()).map_err(io)?;
-        self.file.flush().map_err(io)?;
-        self.file.get_ref().as_file().sync_all().map_err(io)
+        self.file.replace(started.gcount_offset, gcount.as_bytes())
     }
 }
 
@@ -268,9 +232,7 @@ impl VisWriter for UvfitsWriter {
         };
         for row in 0..chunk.n_row {
             self.encode(chunk, row, started);
-            let bytes = std::mem::take(&mut self.row);
-            self.write(&bytes)?;
-            self.row = bytes;
+            self.file.append(&self.row)?;
             self.n_row += 1;
         }
         Ok(())
@@ -278,48 +240,8 @@ impl VisWriter for UvfitsWriter {
 
     fn finish(mut self: Box<Self>) -> Result<(), WriteError> {
         self.complete()?;
-        let Self {
-            path,
-            overwrite,
-            file,
-            ..
-        } = *self;
-        let file = file.into_inner().map_err(|error| WriteError::Io {
-            path: path.clone(),
-            source: error.into_error(),
-        })?;
-        let moved = if overwrite {
-            file.persist(&path)
-        } else {
-            file.persist_noclobber(&path)
-        };
-        match moved {
-            Ok(_) => Ok(()),
-            Err(error) if error.error.kind() == std::io::ErrorKind::AlreadyExists => {
-                Err(WriteError::Exists { path })
-            }
-            Err(error) => Err(WriteError::Io {
-                path,
-                source: error.error,
-            }),
-        }
+        self.file.commit()
     }
-}
-
-/// A temporary file in the folder of `path`, so that renaming it is one step; its name starts with
-/// a dot and it has the rights that any new file would have.
-fn hidden_file_beside(path: &Path) -> std::io::Result<NamedTempFile> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    tempfile::Builder::new()
-        .prefix(&format!(".{name}."))
-        .suffix(".tmp")
-        .make_in(folder, |path| {
-            OpenOptions::new().write(true).create_new(true).open(path)
-        })
 }
 
 /// A number as a 32-bit value and the remainder that this leaves.

@@ -1,6 +1,6 @@
 //! A source's shape as axes and position angle.
 
-use std::f64::consts::{FRAC_PI_2, LN_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::rime::shape::{Ellipticity, Profile};
 
@@ -15,21 +15,11 @@ pub struct Ellipse {
     pub pa_rad: f64,
 }
 
-/// Full width at half maximum of the brightness, in scale-lengths: 2 ln 2 of exp(-r/α), 2 sqrt(2 ln 2)
-/// of exp(-r²/2α²), 0 of a point.
-pub fn fwhm_per_scale(profile: Profile) -> f64 {
-    match profile {
-        Profile::Exponential => 2.0 * LN_2,
-        Profile::Gaussian => (8.0 * LN_2).sqrt(),
-        Profile::Point => 0.0,
-    }
-}
-
 impl Ellipse {
     /// The ellipse of scale-length `scale_rad`, whose axes have scale-lengths α/(1 ∓ |e|), and whose
     /// major axis lies at atan2(e2, e1)/2 from east towards north.
     pub fn new(scale_rad: f64, e: Ellipticity, profile: Profile) -> Self {
-        let fwhm_rad = fwhm_per_scale(profile) * scale_rad;
+        let fwhm_rad = profile.shape().fwhm_per_scale() * scale_rad;
         let size = e.e1.hypot(e.e2);
         let pa_rad = if size == 0.0 || fwhm_rad == 0.0 {
             f64::NAN

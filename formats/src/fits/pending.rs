@@ -1,20 +1,23 @@
 //! A file that gets its name only once it is whole.
 
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
 use crate::WriteError;
 
-/// A file written and synced to disk under a temporary name beside its target.
+/// Bytes gathered before each write.
+const BUFFER_BYTES: usize = 1 << 20;
+
+/// A file written under a temporary name beside its target.
 ///
 /// [`commit`](Self::commit) renames it; dropping it removes it. Whatever kills the process before
-/// the rename, nothing stands under the final name; what is left then is a hidden `.NAME.*.part`. Two files that belong together are both prepared
-/// before either is committed.
+/// the rename, nothing stands under the final name; what is left then is a hidden `.NAME.*.part`. Two
+/// files that belong together are both [synced](Self::sync) before either is committed.
 #[derive(Debug)]
 pub struct PendingFile {
-    temp: NamedTempFile,
+    file: BufWriter<NamedTempFile>,
     path: PathBuf,
     overwrite: bool,
 }
@@ -31,23 +34,15 @@ pub fn refuse_existing(path: &Path, overwrite: bool) -> Result<(), WriteError> {
 }
 
 impl PendingFile {
-    /// The file that `fill` writes, to be named `path`.
+    /// An empty file, to be named `path`.
     ///
     /// # Errors
-    /// A file stands at `path` and `overwrite` is false; the directory cannot be written; the disk
-    /// is full; or whatever `fill` returns.
-    pub fn prepare(
-        path: &Path,
-        overwrite: bool,
-        fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-    ) -> Result<Self, WriteError> {
+    /// A file stands at `path` and `overwrite` is false, or the directory cannot be written.
+    pub fn create(path: &Path, overwrite: bool) -> Result<Self, WriteError> {
         refuse_existing(path, overwrite)?;
-        let temp = write_temp(path, fill).map_err(|source| WriteError::Io {
-            path: path.into(),
-            source,
-        })?;
+        let file = temp_file(path).map_err(|e| io_error(path, e))?;
         Ok(Self {
-            temp,
+            file: BufWriter::with_capacity(BUFFER_BYTES, file),
             path: path.into(),
             overwrite,
         })
@@ -58,16 +53,47 @@ impl PendingFile {
         &self.path
     }
 
+    /// Appends.
+    ///
+    /// # Errors
+    /// The disk is full, or the system refuses otherwise.
+    pub fn append(&mut self, bytes: &[u8]) -> Result<(), WriteError> {
+        let written = self.file.write_all(bytes);
+        written.map_err(|e| io_error(&self.path, e))
+    }
+
+    /// Replaces the bytes at `offset`.
+    ///
+    /// # Errors
+    /// As [`append`](Self::append).
+    pub fn replace(&mut self, offset: u64, bytes: &[u8]) -> Result<(), WriteError> {
+        let written = (self.file.seek(SeekFrom::Start(offset)))
+            .and_then(|_| self.file.write_all(bytes))
+            .and_then(|()| self.file.seek(SeekFrom::End(0)));
+        written.map(drop).map_err(|e| io_error(&self.path, e))
+    }
+
+    /// Makes sure that all is on the disk.
+    ///
+    /// # Errors
+    /// As [`append`](Self::append).
+    pub fn sync(&mut self) -> Result<(), WriteError> {
+        let synced = (self.file.flush()).and_then(|()| self.file.get_ref().as_file().sync_all());
+        synced.map_err(|e| io_error(&self.path, e))
+    }
+
     /// Gives the file its final name, atomically.
     ///
     /// # Errors
-    /// A file has come to stand there and may not be replaced, or the system refuses the rename.
-    pub fn commit(self) -> Result<(), WriteError> {
+    /// A file has come to stand there and may not be replaced, or the system refuses.
+    pub fn commit(mut self) -> Result<(), WriteError> {
+        self.sync()?;
         let Self {
-            temp,
+            file,
             path,
             overwrite,
         } = self;
+        let temp = (file.into_inner()).map_err(|e| io_error(&path, e.into_error()))?;
         let named = if overwrite {
             temp.persist(&path)
         } else {
@@ -81,18 +107,17 @@ impl PendingFile {
             Err(e) if e.error.kind() == io::ErrorKind::AlreadyExists => {
                 Err(WriteError::Exists { path })
             }
-            Err(e) => Err(WriteError::Io {
-                path,
-                source: e.error,
-            }),
+            Err(e) => Err(io_error(&path, e.error)),
         }
     }
 }
 
-fn write_temp(
-    path: &Path,
-    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> io::Result<NamedTempFile> {
+fn io_error(path: &Path, source: io::Error) -> WriteError {
+    let path = path.into();
+    WriteError::Io { path, source }
+}
+
+fn temp_file(path: &Path) -> io::Result<NamedTempFile> {
     let Some(name) = path.file_name() else {
         return Err(io::Error::new(
             io::ErrorKind::InvalidInput,
@@ -110,13 +135,7 @@ fn write_temp(
         // What any new file gets: the umask takes its bits away.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let temp = builder.tempfile_in(directory(path))?;
-    let mut out = BufWriter::with_capacity(1 << 16, temp.as_file());
-    fill(&mut out)?;
-    out.flush()?;
-    drop(out);
-    temp.as_file().sync_all()?;
-    Ok(temp)
+    builder.tempfile_in(directory(path))
 }
 
 fn directory(path: &Path) -> &Path {
@@ -146,11 +165,18 @@ mod tests {
         names
     }
 
+    /// A file with `text` in it, not yet named.
+    fn prepare(path: &Path, overwrite: bool, text: &str) -> Result<PendingFile, WriteError> {
+        let mut pending = PendingFile::create(path, overwrite)?;
+        pending.append(text.as_bytes())?;
+        Ok(pending)
+    }
+
     #[test]
     fn the_name_appears_at_commit_and_not_before() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.fits");
-        let pending = PendingFile::prepare(&path, false, |w| w.write_all(b"whole")).unwrap();
+        let pending = prepare(&path, false, "whole").unwrap();
         assert!(!path.exists() && names(dir.path()).len() == 1);
         pending.commit().unwrap();
         assert_eq!(names(dir.path()), ["a.fits"]);
@@ -158,15 +184,23 @@ mod tests {
     }
 
     #[test]
-    fn a_failed_or_dropped_file_leaves_nothing() {
+    fn bytes_are_replaced_in_their_place() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.fits");
-        let failed = PendingFile::prepare(&path, false, |w| {
-            w.write_all(b"half")?;
-            Err(io::Error::other("disk full"))
-        });
-        assert!(matches!(failed, Err(WriteError::Io { .. })));
-        drop(PendingFile::prepare(&path, false, |_| Ok(())).unwrap());
+        let mut pending = prepare(&path, false, "one two").unwrap();
+        pending.replace(0, b"ONE").unwrap();
+        pending.append(b" three").unwrap();
+        pending.commit().unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"ONE two three");
+    }
+
+    #[test]
+    fn a_dropped_file_leaves_nothing() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.fits");
+        let mut pending = prepare(&path, false, "half").unwrap();
+        pending.sync().unwrap();
+        drop(pending);
         assert!(names(dir.path()).is_empty());
     }
 
@@ -174,13 +208,13 @@ mod tests {
     fn an_existing_file_is_kept_unless_overwriting() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.fits");
-        let late = PendingFile::prepare(&path, false, |w| w.write_all(b"new")).unwrap();
+        let late = prepare(&path, false, "new").unwrap();
         std::fs::write(&path, "old").unwrap();
         assert!(matches!(late.commit(), Err(WriteError::Exists { .. })));
-        let early = PendingFile::prepare(&path, false, |w| w.write_all(b"new"));
+        let early = prepare(&path, false, "new");
         assert!(matches!(early, Err(WriteError::Exists { .. })));
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
-        let forced = PendingFile::prepare(&path, true, |w| w.write_all(b"new")).unwrap();
+        let forced = prepare(&path, true, "new").unwrap();
         forced.commit().unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"new");
         assert_eq!(names(dir.path()), ["a.fits"]);
@@ -189,7 +223,7 @@ mod tests {
     #[test]
     fn a_missing_directory_is_an_io_error_with_the_path() {
         let lost = Path::new("/nonexistent-directory/a.fits");
-        let error = PendingFile::prepare(lost, false, |_| Ok(())).unwrap_err();
+        let error = PendingFile::create(lost, false).unwrap_err();
         assert!(error.to_string().contains("nonexistent-directory"));
     }
 }
