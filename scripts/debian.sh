@@ -40,7 +40,7 @@ install_packages() {
 need_rust() {
     [ -x "$HOME/.cargo/bin/cargo" ] && PATH="$PATH:$HOME/.cargo/bin"
     if ! command -v cargo >/dev/null 2>&1; then
-        echo "there is no cargo: install Rust first (rustup.rs), 1.89 or later" >&2
+        echo "there is no cargo: install Rust 1.89 or later first" >&2
         return 1
     fi
 }

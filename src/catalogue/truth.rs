@@ -70,8 +70,8 @@ pub fn write_truth(
 /// ellipticity is not finite or impossible. The error names column and row.
 pub fn read_sources(path: &Path) -> Result<Vec<CatalogueSource>, ReadError> {
     let columns = if is_fits(path)? {
-        let mut table = read_table(path, None)?;
-        Columns::collect(path, table.rows(), |wanted| from_fits(&mut table, wanted))?
+        let table = read_table(path, None)?;
+        Columns::collect(path, table.rows(), |wanted| from_fits(&table, wanted))?
     } else {
         let table = CsvTable::read(path)?;
         Columns::collect(path, table.rows(), |wanted| table.numbers(wanted))?
@@ -84,7 +84,7 @@ pub fn read_sources(path: &Path) -> Result<Vec<CatalogueSource>, ReadError> {
 /// A column's unit as the file gives it, and its values.
 type Raw = (Option<String>, Vec<f64>);
 
-fn from_fits(table: &mut Table, name: &str) -> Result<Option<Raw>, ReadError> {
+fn from_fits(table: &Table, name: &str) -> Result<Option<Raw>, ReadError> {
     let Some(column) = table.column(name) else {
         return Ok(None);
     };

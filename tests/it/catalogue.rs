@@ -218,7 +218,7 @@ fn what_was_written_is_read_back_in_its_units() {
     let dir = tempfile::tempdir().unwrap();
     let f = found();
     let paths = write_all(&dir.path().join("out.fits"), false, &f).unwrap();
-    let mut table = read_table(&paths.catalogue, None).unwrap();
+    let table = read_table(&paths.catalogue, None).unwrap();
     assert_eq!((table.rows(), table.columns().len()), (2, 38));
     assert_eq!(table.strings("source_name").unwrap()[0], f.sources[0].name);
     let ra_deg = table.numbers("RA").unwrap()[0];
@@ -250,13 +250,13 @@ fn what_was_written_is_read_back_in_its_units() {
 fn modes_and_run_stand_behind_the_catalogue() {
     let dir = tempfile::tempdir().unwrap();
     let paths = write_all(&dir.path().join("out.fits"), false, &found()).unwrap();
-    let mut modes = read_table(&paths.catalogue, Some("MODES")).unwrap();
+    let modes = read_table(&paths.catalogue, Some("MODES")).unwrap();
     assert_eq!(
         modes.strings("Status").unwrap(),
         ["kept", "kept", "below_cut"]
     );
     assert!(modes.numbers("Source_id").unwrap()[2].is_nan());
-    let mut run = read_table(&paths.catalogue, Some("RUN")).unwrap();
+    let run = read_table(&paths.catalogue, Some("RUN")).unwrap();
     assert_eq!(run.strings("KEY").unwrap()[0], "sampler.n_live");
     assert_eq!(run.strings("VALUE").unwrap()[0], "400");
     assert_eq!(run.strings("VALUE").unwrap()[2].len(), 300);
@@ -267,7 +267,7 @@ fn a_sources_samples_are_its_slice_of_the_posterior() {
     let dir = tempfile::tempdir().unwrap();
     let f = found();
     let paths = write_all(&dir.path().join("out.fits"), false, &f).unwrap();
-    let mut samples = read_table(&paths.posterior, None).unwrap();
+    let samples = read_table(&paths.posterior, None).unwrap();
     let (ids, flux) = (
         samples.numbers("Source_id").unwrap(),
         samples.numbers("flux").unwrap(),

@@ -5,7 +5,7 @@ use std::process::Stdio;
 use std::time::Duration;
 
 use serde_json::Value;
-use vis2cat_formats::tables::read_table;
+use vis2cat_formats::fits::read_table;
 
 use crate::support::{errors, in_repository, program, searched, simulate, vis2cat, vis2cat_ok};
 

@@ -14,7 +14,7 @@ use vis2cat::rime::Source;
 use vis2cat::rime::shape::Profile;
 use vis2cat::sampler::{MultiNest, MultiNestConfig, Sampler, SamplerError};
 use vis2cat::units::ARCSEC;
-use vis2cat_formats::tables::{Table, read_table};
+use vis2cat_formats::fits::{Table, read_table};
 use vis2cat_formats::{UvfitsWriter, VisChunk, VisWriter};
 
 use crate::support::{in_repository, search, searched, simulate, vis2cat_ok};
@@ -25,7 +25,7 @@ const LARGEST_PULL: f64 = 5.0;
 const MATCH_FLOOR_ARCSEC: f64 = 1.0;
 
 fn column(table: &Table, name: &str) -> Vec<f64> {
-    table.numbers(name).unwrap().to_vec()
+    table.numbers(name).unwrap()
 }
 
 /// One source, and a search that takes a second.
@@ -244,7 +244,7 @@ fn without_screening_the_same_is_found_and_every_other_mode_has_a_reason() {
     ];
     for (status, source) in status.iter().zip(modes.numbers("Source_id").unwrap()) {
         if status == "kept" {
-            assert_eq!(*source, 1.0);
+            assert_eq!(source, 1.0);
         } else {
             assert!(dropped.contains(&status.as_str()), "{status}");
         }
@@ -337,7 +337,7 @@ fn find(data: &mut Dataset) -> Detection {
     let beam_rad = data.info().beam_rad;
     let factory = |settings: SamplerSettings| -> Result<Box<dyn Sampler>, SamplerError> {
         Ok(Box::new(MultiNest::new(MultiNestConfig {
-            mode_dims: if settings.modes {
+            mode_dims: if settings.search {
                 MODE_DIMS.to_vec()
             } else {
                 Vec::new()

@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use vis2cat::catalogue::CataloguePaths;
-use vis2cat_formats::tables::{Table, read_table};
+use vis2cat_formats::fits::{Table, read_table};
 
 /// Three galaxies without any symmetry about the phase centre at RA 53.1, Dec +30 deg.
 const SKY: &str = "\

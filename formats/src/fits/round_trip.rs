@@ -92,7 +92,7 @@ fn hdus(bytes: &[u8]) -> Vec<std::ops::Range<usize>> {
 fn every_kind_of_column_comes_back() {
     let file = written(&[table()]);
     assert!(is_fits(&file.path).unwrap());
-    let mut back = read_table(&file.path, Some("every_kind")).unwrap();
+    let back = read_table(&file.path, Some("every_kind")).unwrap();
     assert_eq!((back.rows(), back.columns().len()), (3, 8));
     let d = back.numbers("d").unwrap();
     assert!(d[0] == 1.5 && d[1].is_nan() && d[2] == -5e-324);
@@ -125,7 +125,7 @@ fn truth_values_and_scaled_integers_are_read() {
     let at = text.find("TFORM5  = '1B").unwrap() + 12;
     bytes[at] = b'L';
     std::fs::write(&file.path, &bytes).unwrap();
-    let mut back = read_table(&file.path, None).unwrap();
+    let back = read_table(&file.path, None).unwrap();
     let l = back.numbers("L").unwrap();
     assert!(l[0] == 1.0 && l[1] == 0.0 && l[2].is_nan());
     let x = back.cells("X").unwrap().unwrap().values;
@@ -184,7 +184,7 @@ fn a_table_without_rows_is_a_table() {
         column.data = ColumnData::Text(Vec::new());
     }
     let file = written(&[empty]);
-    let mut back = read_table(&file.path, None).unwrap();
+    let back = read_table(&file.path, None).unwrap();
     assert!(back.rows() == 0 && back.strings("A").unwrap().is_empty());
 }
 
@@ -218,7 +218,7 @@ fn what_is_no_table_is_refused_by_name() {
 #[test]
 fn a_missing_column_or_table_is_named_with_its_place() {
     let file = written(&[table()]);
-    let mut back = read_table(&file.path, None).unwrap();
+    let back = read_table(&file.path, None).unwrap();
     let text = back.numbers("Flux").unwrap_err().to_string();
     assert!(
         text.contains("HDU 1 (EVERY_KIND)") && text.contains("no column Flux"),
@@ -284,7 +284,7 @@ proptest! {
             bytes[at] = if digits { b"0123456789DKAPQX-'&"[usize::from(byte) % 19] } else { byte };
         }
         std::fs::write(&file.path, &bytes).unwrap();
-        if let Ok(mut table) = read_table(&file.path, None) {
+        if let Ok(table) = read_table(&file.path, None) {
             let names: Vec<String> = table.columns().iter().map(|c| c.name.clone()).collect();
             for name in names {
                 let _ = (table.numbers(&name), table.strings(&name));

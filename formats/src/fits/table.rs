@@ -1,5 +1,6 @@
 //! Binary tables, read from memory through CFITSIO.
 
+use std::cell::RefCell;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
@@ -24,7 +25,8 @@ pub struct Table {
     /// Rows.
     pub(crate) n_row: usize,
     columns: Vec<ReadColumn>,
-    fits: MemoryFits,
+    /// Reading moves CFITSIO's own position; nothing else of the table changes.
+    fits: RefCell<MemoryFits>,
 }
 
 /// What the header says of one column.
@@ -122,7 +124,7 @@ impl Table {
             header: hdu.header.clone(),
             n_row,
             columns,
-            fits: MemoryFits::read(image).map_err(|e| refused(place, "table", &e))?,
+            fits: RefCell::new(MemoryFits::read(image).map_err(|e| refused(place, "table", &e))?),
         })
     }
 
@@ -150,7 +152,7 @@ impl Table {
     ///
     /// # Errors
     /// There is no such column, or it does not hold one number a row.
-    pub fn numbers(&mut self, name: &str) -> Result<Vec<f64>, ReadError> {
+    pub fn numbers(&self, name: &str) -> Result<Vec<f64>, ReadError> {
         match self.cells(name)? {
             None => Err(self.no_column(name)),
             Some(cells) if cells.repeat == 1 => Ok(cells.values),
@@ -165,12 +167,12 @@ impl Table {
     ///
     /// # Errors
     /// There is no such column, or it holds no strings.
-    pub fn strings(&mut self, name: &str) -> Result<Vec<String>, ReadError> {
+    pub fn strings(&self, name: &str) -> Result<Vec<String>, ReadError> {
         self.texts(name)?.ok_or_else(|| self.no_column(name))
     }
 
     /// Elements of a column of numbers; `None` where there is none of that name.
-    pub(crate) fn cells(&mut self, name: &str) -> Result<Option<Numbers>, ReadError> {
+    pub(crate) fn cells(&self, name: &str) -> Result<Option<Numbers>, ReadError> {
         let Some(column) = self.find(name) else {
             return Ok(None);
         };
@@ -188,7 +190,10 @@ impl Table {
         }
         // Missing floats are NaN already; looking for them makes CFITSIO round subnormals to 0.
         let missing = if form.is_integer() { f64::NAN } else { 0.0 };
-        let values = self.fits.read_numbers(column + 1, count, missing);
+        let values = self
+            .fits
+            .borrow_mut()
+            .read_numbers(column + 1, count, missing);
         let mut values = values.map_err(|e| refused(place, name, &e))?;
         if form.letter == b'L' {
             for value in &mut values {
@@ -199,7 +204,7 @@ impl Table {
     }
 
     /// A column of numbers that must be there with at least `repeat` elements in each cell.
-    pub(crate) fn need_cells(&mut self, name: &str, repeat: usize) -> Result<Numbers, ReadError> {
+    pub(crate) fn need_cells(&self, name: &str, repeat: usize) -> Result<Numbers, ReadError> {
         let cells = self.cells(name)?;
         let place = &self.header.place;
         match cells {
@@ -214,7 +219,7 @@ impl Table {
     }
 
     /// A column of strings, unprintable bytes dropped; `None` where there is none of that name.
-    pub(crate) fn texts(&mut self, name: &str) -> Result<Option<Vec<String>>, ReadError> {
+    pub(crate) fn texts(&self, name: &str) -> Result<Option<Vec<String>>, ReadError> {
         let Some(column) = self.find(name) else {
             return Ok(None);
         };
@@ -228,7 +233,10 @@ impl Table {
             return Ok(None);
         }
         let cell = |row| {
-            let text = self.fits.read_text(column + 1, row, form.repeat as usize);
+            let text = self
+                .fits
+                .borrow_mut()
+                .read_text(column + 1, row, form.repeat as usize);
             let mut text = text.map_err(|e| refused(place, name, &e))?;
             text.retain(|b| (b' '..=b'~').contains(b));
             Ok(printable(&text).trim().to_owned())

@@ -88,7 +88,7 @@ impl Antennas {
         subarray: u32,
         warnings: &mut Vec<String>,
     ) -> Result<(), ReadError> {
-        let mut table = Table::read(file, hdu)?;
+        let table = Table::read(file, hdu)?;
         let position = Position::read(&table.header, warnings)?;
         let numbers = table.need_cells("NOSTA", 1)?;
         let xyz_m = table.need_cells("STABXYZ", 3)?;

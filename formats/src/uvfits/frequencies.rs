@@ -47,7 +47,7 @@ impl Frequencies {
         let header = &hdus[0].header;
         let axis = Spacing::read(header, axes)?;
         if let Some(hdu) = hdus.iter().find(|hdu| hdu.is_named("AIPS FQ")) {
-            return from_table(&mut Table::read(file, hdu)?, &axis, warnings);
+            return from_table(&Table::read(file, hdu)?, &axis, warnings);
         }
         if axis.n_if > 1 {
             let what = format!(
@@ -135,7 +135,7 @@ impl Spacing {
 }
 
 fn from_table(
-    table: &mut Table,
+    table: &Table,
     axis: &Spacing,
     warnings: &mut Vec<String>,
 ) -> Result<Frequencies, ReadError> {

@@ -40,7 +40,7 @@ impl Sources {
     ) -> Result<Self, ReadError> {
         let table = hdus.iter().find(|hdu| hdu.is_named("AIPS SU"));
         if let (true, Some(hdu)) = (rows_have_source, table) {
-            return from_table(&mut Table::read(file, hdu)?, &hdus[0], warnings);
+            return from_table(&Table::read(file, hdu)?, &hdus[0], warnings);
         }
         if rows_have_source {
             warnings.push("rows have a SOURCE but there is no AIPS SU table: one source".into());
@@ -85,7 +85,7 @@ fn from_header(hdu: &Hdu, axes: &Axes, warnings: &mut Vec<String>) -> Result<Fie
 }
 
 fn from_table(
-    table: &mut Table,
+    table: &Table,
     primary: &Hdu,
     warnings: &mut Vec<String>,
 ) -> Result<Sources, ReadError> {
