@@ -10,6 +10,7 @@ set -eu
 cd "$(dirname "$0")/.."
 size_gb=${1:?"usage: sh scripts/big_file.sh SIZE_GB [FOLDER]"}
 folder=${2:-target/big}
+[ $# -lt 2 ] && shift || shift 2
 . scripts/debian.sh
 [ -x /usr/bin/time ] || install_packages time
 [ -x target/release/vis2cat ] || cargo build --release
@@ -32,5 +33,5 @@ measure $vis2cat simulate "$folder/big.uvfits" --array vla-b --dec 30deg --hours
     --channels "$channels" --bandwidth 20MHz --catalogue "$folder/sky.csv" --overwrite
 ls -l "$folder/big.uvfits" | awk '{ printf "file %.2f GB\n", $5 / 1e9 }'
 measure $vis2cat info "$folder/big.uvfits"
-measure $vis2cat "$folder/big.uvfits" "$folder/big.fits" --fov 16arcsec --tiles 4 --n-live 20 \
-    --no-refine --flux 1mJy:4mJy --memory 64MB --overwrite
+measure $vis2cat "$folder/big.uvfits" "$folder/big.fits" --fov 30arcsec --tiles 4 --n-live 50 \
+    --flux 1mJy:4mJy --memory 64MB --overwrite "${@:---snr-cut=1e6}"

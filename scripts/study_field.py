@@ -86,7 +86,9 @@ def study(args, seed, folder):
     data, sky, out = (folder / f"seed{seed}{suffix}" for suffix in (".uvfits", ".csv", ".fits"))
     make = [sys.executable, ROOT / "scripts/make_field.py", data, sky, "--array", args.array,
             "--seed", str(seed), *args.field]
-    subprocess.run(make, check=True, stdout=subprocess.DEVNULL)
+    made = subprocess.run(make, capture_output=True, text=True, check=False)
+    if made.returncode:
+        sys.exit(made.stderr)
     start = time.monotonic()
     search = [args.program, data, out, "--overwrite", "--quiet", *shlex.split(args.search)]
     subprocess.run(search, check=True)
