@@ -43,12 +43,14 @@ impl Flags {
     pub const FLUX_AT_LIMIT: Self = Self(8);
     /// The fast engine differs from the exact one by more than 1 in ln L somewhere (`Max_dlogL`).
     pub const ENGINES_DIFFER: Self = Self(16);
+    /// Sampling was stopped early: means, errors and evidence are rough.
+    pub const UNFINISHED: Self = Self(32);
 
     /// Effective samples below which [`Flags::LOW_N_EFF`] is set.
     pub const N_EFF_LIMIT: f64 = 100.0;
 
     /// Every bit with what it says, as the header of `CATALOGUE` documents it.
-    pub const MEANING: [(Self, &'static str); 5] = [
+    pub const MEANING: [(Self, &'static str); 6] = [
         (Self::LOW_N_EFF, "fewer than 100 effective samples"),
         (
             Self::AT_BORDER,
@@ -66,6 +68,7 @@ impl Flags {
             Self::ENGINES_DIFFER,
             "fast and exact ln L differ by more than 1 (Max_dlogL)",
         ),
+        (Self::UNFINISHED, "sampling was stopped early: all is rough"),
     ];
 
     /// These bits and those of `other`.

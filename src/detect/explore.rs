@@ -13,8 +13,6 @@ use crate::units::ARCSEC;
 
 /// Regions explored at a time: enough points for a pass, few enough dead points to hold.
 const IN_FLIGHT: usize = 64;
-/// Times that a stalled sampler is replaced, with twice the live points each time.
-const MOST_RESTARTS: u32 = 3;
 /// A sample of less weight than this, of a total of one, is not worth keeping.
 const NO_WEIGHT: f64 = 1e-9;
 
@@ -25,6 +23,8 @@ pub struct SamplerSettings {
     pub n_live: usize,
     /// Is the region to be searched for modes, or is its posterior one piece?
     pub search: bool,
+    /// Times that a stalled sampler is replaced, with twice the live points each time.
+    pub n_restart: u32,
     /// Seed of its random stream.
     pub seed: u64,
 }
@@ -61,7 +61,6 @@ struct Active {
     index: usize,
     target: Target,
     sampler: Box<dyn Sampler>,
-    n_restart: u32,
     is_unfinished: bool,
 }
 
@@ -84,7 +83,6 @@ pub(super) fn explore(
                 index,
                 target,
                 sampler,
-                n_restart: 0,
                 is_unfinished: false,
             });
         }
@@ -136,22 +134,21 @@ fn ask_all(
 impl Active {
     /// The sampler's points; none = finished.
     ///
-    /// A search that makes no headway ends with what it has: its best modes are sampled again as
-    /// sources, and its tile is screened again without them. A source's own posterior must be
-    /// complete: its sampler is replaced by one of more live points.
+    /// A sampler that makes no headway is replaced as often as it may be, and then ends with what
+    /// it has.
     fn ask(&mut self, factory: &SamplerFactory<'_>) -> Result<Vec<f64>, SamplerError> {
         loop {
             let settings = &mut self.target.sampler;
             match self.sampler.ask() {
                 Ok(u) => return Ok(u.to_vec()),
-                Err(SamplerError::Stalled { .. }) if settings.search => {
-                    self.is_unfinished = true;
-                    return Ok(Vec::new());
-                }
-                Err(SamplerError::Stalled { .. }) if self.n_restart < MOST_RESTARTS => {
-                    self.n_restart += 1;
+                Err(SamplerError::Stalled { .. }) if settings.n_restart > 0 => {
+                    settings.n_restart -= 1;
                     settings.n_live *= 2;
                     self.sampler = factory(*settings)?;
+                }
+                Err(SamplerError::Stalled { .. }) => {
+                    self.is_unfinished = true;
+                    return Ok(Vec::new());
                 }
                 Err(error) => return Err(error),
             }

@@ -71,6 +71,8 @@ pub struct Mode {
     pub n_eff: f64,
     /// Posterior samples; empty where the mode cannot become a source.
     pub samples: Vec<ModeSample>,
+    /// Its sampling was stopped before it had the whole evidence.
+    pub is_unfinished: bool,
     /// What became of it.
     pub status: Status,
 }
@@ -117,6 +119,7 @@ impl Mode {
             n_sample: samples.len(),
             n_eff: 1.0 / samples.iter().map(|s| s.weight * s.weight).sum::<f64>(),
             samples,
+            is_unfinished: false,
             status: Status::Kept,
         }
     }

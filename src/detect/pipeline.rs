@@ -167,6 +167,8 @@ fn search_tiles(
         sampler: SamplerSettings {
             n_live: settings.n_live,
             search: true,
+            // What it has found by then is sampled again, and the tile screened again.
+            n_restart: 0,
             seed: stream_seed(settings.seed, [1, round as u64, tile.id as u64]),
         },
     };

@@ -25,6 +25,24 @@ pub(super) struct Found {
     pub(super) mode: Mode,
 }
 
+/// How thoroughly a source is sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Depth {
+    /// Well enough to subtract it; neighbours that it could bridge to may still be unknown.
+    Draft,
+    /// For the catalogue.
+    Full,
+}
+
+impl Depth {
+    fn window(self) -> Window {
+        match self {
+            Self::Draft => Window::compact(),
+            Self::Full => Window::FULL,
+        }
+    }
+}
+
 /// Where and how sources are sampled again.
 pub(super) struct Refinement<'a> {
     pub(super) field: &'a Region,
@@ -54,7 +72,7 @@ impl Refinement<'_> {
         for round in 0..MOST_ROUNDS {
             let before = sources.to_vec();
             let seed = stream_seed(self.seed, [1, first as u64, round as u64]);
-            n_eval += self.round(dataset, sources, &moving, self.n_live_draft, seed, observer)?;
+            n_eval += self.round(dataset, sources, &moving, Depth::Draft, seed, observer)?;
             // A source is sampled again only if a neighbour has moved since.
             let stood = |&i: &usize| stands_still(&before[i].mode, &sources[i].mode);
             let moved: Vec<usize> = moving.iter().copied().filter(|i| !stood(i)).collect();
@@ -79,7 +97,7 @@ impl Refinement<'_> {
     ) -> Result<u64, DetectError> {
         let all: Vec<usize> = (0..sources.len()).collect();
         let seed = stream_seed(self.seed, [2, 0, 0]);
-        self.round(dataset, sources, &all, self.n_live, seed, observer)
+        self.round(dataset, sources, &all, Depth::Full, seed, observer)
     }
 
     /// One pass over the sources `which`: near ones come one after the other, so that each sees
@@ -89,7 +107,7 @@ impl Refinement<'_> {
         dataset: &mut Dataset,
         sources: &mut [Found],
         which: &[usize],
-        n_live: usize,
+        depth: Depth,
         seed: u64,
         observer: &mut dyn Observer,
     ) -> Result<u64, DetectError> {
@@ -99,11 +117,16 @@ impl Refinement<'_> {
             dataset.set_removed(means(sources));
             let target = |&i: &usize| Target {
                 region: self.region(&sources[i].mode),
-                window: Window::FULL,
+                window: depth.window(),
                 restored: vec![sources[i].mode.mean],
                 sampler: SamplerSettings {
-                    n_live,
+                    n_live: if depth == Depth::Full {
+                        self.n_live
+                    } else {
+                        self.n_live_draft
+                    },
                     search: false,
+                    n_restart: u32::from(depth == Depth::Full),
                     seed: stream_seed(seed, [i as u64, 0, 0]),
                 },
             };
@@ -163,6 +186,7 @@ impl Refinement<'_> {
         let log_z = evidence.log_z + explored.log_share(self.field);
         let mut mode = Mode::new(old.tile, samples, log_z, evidence.log_z_err);
         mode.best_xy = old.best_xy;
+        mode.is_unfinished = explored.is_unfinished;
         mode
     }
 }

@@ -144,6 +144,9 @@ fn flags(settings: &Settings, mode: &Mode, mut flags: Flags) -> Flags {
     if settings.field.distance_to_edge(mode.mean.lm) < 3.0 * mode.position_sigma_rad {
         flags = flags.with(Flags::AT_BORDER);
     }
+    if mode.is_unfinished {
+        flags = flags.with(Flags::UNFINISHED);
+    }
     let flux = &settings.prior.flux;
     let (below, above) = (
         mode.mean.flux_jy - flux.low_jy,
