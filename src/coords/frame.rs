@@ -105,9 +105,10 @@ mod tests {
         assert!(off.l.hypot(off.m) < tolerance_arcsec * ARCSEC, "{a:?}");
     }
 
-    /// Reference values by astropy's FK5 and FK4 frames transformed to ICRS.
+    /// Reference values by astropy's FK5 and FK4 frames transformed to ICRS, but for the equinox of
+    /// 1975: ERFA's pmat76 and fk5hz, since astropy precesses FK5 by later constants (0.1 arcsec).
     #[test]
-    fn old_frames_agree_with_astropy() {
+    fn old_frames_agree_with_astropy_and_erfa() {
         let native = RaDec {
             ra_rad: 187.5 * DEG,
             dec_rad: 12.0 * DEG,
@@ -120,9 +121,9 @@ mod tests {
         );
         close(
             to_icrs(native, Frame::Fk5(1975.0)),
-            187.816340136,
-            11.862056165,
-            1e-2,
+            187.816359341,
+            11.862047789,
+            1e-3,
         );
         close(
             to_icrs(native, Frame::Fk4(1950.0)),

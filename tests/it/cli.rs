@@ -82,6 +82,20 @@ fn a_wrong_configuration_is_2_and_names_the_key() {
     fails("a.uvfits b.fits --config no.toml", 2, "no.toml");
 }
 
+/// The configuration in the README is read without complaint: the run fails later, for its input.
+#[test]
+fn the_configuration_that_the_readme_shows_is_valid() {
+    let readme = std::fs::read_to_string(in_repository("README.md")).unwrap();
+    let (_, rest) = readme.split_once("```toml\n").unwrap();
+    let (example, _) = rest.split_once("```").unwrap();
+    assert!(example.contains("[prior]"));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.toml");
+    std::fs::write(&path, example).unwrap();
+    let command = format!("nothing.uvfits b.fits --config {}", path.display());
+    fails(&command, 3, "nothing.uvfits");
+}
+
 #[test]
 fn an_input_that_cannot_be_used_is_3_and_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();

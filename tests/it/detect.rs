@@ -240,7 +240,7 @@ fn without_screening_the_same_is_found_and_every_other_mode_has_a_reason() {
         "f1_duplicate",
         "below_cut",
         "explained_by_brighter",
-        "not_converged",
+        "worse_than_no_source",
     ];
     for (status, source) in status.iter().zip(modes.numbers("Source_id").unwrap()) {
         if status == "kept" {
