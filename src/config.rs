@@ -60,7 +60,7 @@ pub struct Config {
     pub engine: Engine,
     /// Which sampler explores a tile.
     pub sampler: SamplerKind,
-    /// Live points of each tile; none = 120, or 8000 where there is one tile.
+    /// Live points of each tile; none = 120, or 8000 with `tiles = 1`.
     pub n_live: Option<usize>,
     /// Sampling efficiency: the volume of the ellipsoids is that of the live points over this.
     pub efficiency: f64,
@@ -420,9 +420,15 @@ impl Config {
         self.prior.check()
     }
 
-    /// Live points of each of `n_tile` tiles.
-    pub fn n_live_for(&self, n_tile: usize) -> usize {
-        self.n_live.unwrap_or(if n_tile == 1 {
+    /// Is the field to be searched in one run, as in the paper? Only where the user says so: a
+    /// field that is no larger than a tile is a tile.
+    pub fn is_global(&self) -> bool {
+        self.tiles == Tiling::Count(1)
+    }
+
+    /// Live points of each tile.
+    pub fn n_live_tile(&self) -> usize {
+        self.n_live.unwrap_or(if self.is_global() {
             N_LIVE_GLOBAL
         } else {
             N_LIVE_TILE

@@ -28,6 +28,11 @@ impl Lm {
         let r2 = self.l * self.l + self.m * self.m;
         -r2 / (1.0 + (1.0 - r2).max(0.0).sqrt())
     }
+
+    /// Distance in the (l, m) plane.
+    pub fn distance(self, other: Lm) -> f64 {
+        (self.l - other.l).hypot(self.m - other.m)
+    }
 }
 
 impl RaDec {

@@ -8,6 +8,7 @@ mod ingest;
 mod noise;
 mod open;
 mod overview;
+mod resident;
 mod stream;
 
 pub use evaluate::Request;
@@ -15,16 +16,15 @@ pub use noise::{DifferenceMethod, NoiseReport, NoiseUsed};
 pub use open::OpenOptions;
 pub use overview::Overview;
 
-use rayon::prelude::*;
 use vis2cat_formats::{Field, Observation};
 
-use crate::likelihood::{VisBlock, subtract};
+use crate::likelihood::VisBlock;
 use crate::rime::Source;
 use crate::rime::shape::Profile;
 
 /// Samples in a block: 36 bytes each, so that a block stays in a core's second-level cache.
 pub const BLOCK_LEN: usize = 8192;
-/// Bytes that a sample takes.
+/// Bytes that a sample takes in a block.
 pub const SAMPLE_BYTES: usize = 3 * size_of::<f64>() + 3 * size_of::<f32>();
 
 /// Something went wrong on the way from the file to the samples.
@@ -79,10 +79,11 @@ pub struct Dataset {
     profile: Profile,
     store: Store,
     removed: Vec<Source>,
+    n_eval: u64,
 }
 
 enum Store {
-    Resident(Vec<VisBlock>),
+    Resident(resident::Resident),
     Streamed(Box<stream::Stream>),
 }
 
@@ -107,18 +108,20 @@ impl Dataset {
         &self.observation.fields[self.field as usize]
     }
 
+    /// Points evaluated so far.
+    pub fn n_eval(&self) -> u64 {
+        self.n_eval
+    }
+
     /// Sets the sources that are subtracted from the data before anything is evaluated.
     pub fn set_removed(&mut self, sources: Vec<Source>) {
+        if sources == self.removed {
+            return;
+        }
+        let models = with_profile(&sources, self.profile);
         match &mut self.store {
-            Store::Resident(blocks) => {
-                let mut changes = without(&sources, &self.removed);
-                changes.extend(negated(&without(&self.removed, &sources)));
-                let changes = with_profile(&changes, self.profile);
-                blocks
-                    .par_iter_mut()
-                    .for_each(|block| subtract(block, &changes));
-            }
-            Store::Streamed(stream) => stream.removed = with_profile(&sources, self.profile),
+            Store::Resident(resident) => resident.set_removed(&models),
+            Store::Streamed(stream) => stream.removed = models,
         }
         self.removed = sources;
     }
@@ -126,19 +129,11 @@ impl Dataset {
     /// Calls `visit` with the samples less the removed sources, batches of blocks in file order.
     fn for_each_batch(&mut self, mut visit: impl FnMut(&[VisBlock])) -> Result<(), DatasetError> {
         match &mut self.store {
-            Store::Resident(blocks) => visit(blocks),
+            Store::Resident(resident) => visit(&resident.blocks),
             Store::Streamed(stream) => stream.for_each_batch(visit)?,
         }
         Ok(())
     }
-}
-
-/// The sources of `all` that are not in `some`.
-fn without(all: &[Source], some: &[Source]) -> Vec<Source> {
-    all.iter()
-        .filter(|source| !some.contains(source))
-        .copied()
-        .collect()
 }
 
 /// The sources, each with the shape that all have.

@@ -5,14 +5,15 @@
 //! 2. Every mode of every tile becomes a `Mode`; duplicates are found by `mean_shift`.
 //! 3. `accept` takes the strongest mode, subtracts it from the data, and looks again at the
 //!    others: a mode that was only the sidelobe of a brighter source does not survive this.
-//! 4. `refine` samples each source anew with all the others removed, and the tiles are screened
-//!    again without them.
+//! 4. `refine` samples each source anew with all the others removed; `prune` takes out those
+//!    that are only a part of a close neighbour; the tiles are screened again without them.
 
 mod accept;
 mod explore;
 mod mean_shift;
 mod mode;
 mod pipeline;
+mod prune;
 mod queue;
 mod refine;
 mod screen;

@@ -57,13 +57,16 @@ impl RunError {
     /// The exit code of the program: see `vis2cat --help`.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Detect(_) => 1,
+            Self::Detect(DetectError::Sampler { .. }) => 1,
             Self::Config(_)
             | Self::Simulate(
                 SimulateError::Parameter { .. } | SimulateError::NoEarthOrientation { .. },
             ) => 2,
             Self::Write(_) | Self::Simulate(SimulateError::Write(_)) => 4,
-            Self::Dataset(_) | Self::Read(_) | Self::Simulate(_) => 3,
+            Self::Dataset(_)
+            | Self::Detect(DetectError::Dataset(_))
+            | Self::Read(_)
+            | Self::Simulate(_) => 3,
         }
     }
 }
@@ -92,7 +95,8 @@ pub fn run(
         field,
         tiles: tiles(&field, n_tile, beam_rad),
         beam_rad,
-        screening: config.screening && n_tile > 1,
+        is_global: config.is_global(),
+        screening: config.screening && !config.is_global(),
         prior: config.prior.source_prior(),
         cuts: Cuts {
             snr: config.snr_cut,
@@ -101,7 +105,7 @@ pub fn run(
             merge_floor_rad: MERGE_FLOOR_RAD,
         },
         factory: &|settings| sampler(config, settings),
-        n_live: config.n_live_for(n_tile),
+        n_live: config.n_live_tile(),
         n_live_source: N_LIVE_SOURCE,
         refine: config.refine,
         seed: config.seed,
@@ -163,7 +167,7 @@ fn n_tile(config: &Config, beam_rad: f64) -> usize {
     match config.tiles {
         Tiling::Count(n) => n,
         Tiling::Size(side) => by_side(side.0),
-        Tiling::Auto => by_side(side_for_basin(config.n_live_for(0), beam_rad)),
+        Tiling::Auto => by_side(side_for_basin(config.n_live_tile(), beam_rad)),
     }
 }
 
@@ -196,4 +200,29 @@ fn digest(input: &Path) -> Result<String, ReadError> {
     let file = std::fs::File::open(input).map_err(io)?;
     hasher.update_reader(file).map_err(io)?;
     Ok(hasher.finalize().to_hex().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::SamplerError;
+
+    #[test]
+    fn detection_that_fails_is_1_unless_the_input_is_to_blame() {
+        let stuck = DetectError::Sampler {
+            l_arcsec: 0.0,
+            m_arcsec: 0.0,
+            source: SamplerError::Stalled {
+                n_eval: 1,
+                log_l: 0.0,
+                advice: String::new(),
+            },
+        };
+        assert_eq!(RunError::Detect(stuck).exit_code(), 1);
+        let gone = DetectError::Dataset(DatasetError::Unusable {
+            path: "a.uvfits".into(),
+            what: "gone".into(),
+        });
+        assert_eq!(RunError::Detect(gone).exit_code(), 3);
+    }
 }

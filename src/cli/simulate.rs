@@ -86,7 +86,8 @@ pub(crate) struct SimulateArgs {
     /// What each sample holds
     #[arg(long, value_enum, default_value_t = Hands::XxYy)]
     hands: Hands,
-    /// System equivalent flux density of every dish [default: the array's own]
+    /// System equivalent flux density of every dish [default: the array's own; none is
+    /// published for atca-*, and files may lack it]
     #[arg(long, value_name = "FLUX", conflicts_with = "no_noise")]
     sefd: Option<Flux>,
     /// No noise; the weights stay those of the noise

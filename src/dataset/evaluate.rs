@@ -24,6 +24,7 @@ impl Dataset {
     /// The file can no longer be read.
     pub fn evaluate(&mut self, requests: &[Request]) -> Result<Vec<Vec<Xy>>, DatasetError> {
         let profile = self.profile;
+        self.n_eval += requests.iter().map(|r| r.points.len() as u64).sum::<u64>();
         let terms: Vec<Vec<SourceTerm>> = requests
             .iter()
             .map(|r| {

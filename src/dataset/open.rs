@@ -6,8 +6,9 @@ use vis2cat_formats::{Observation, stokes_i};
 
 use super::ingest::{FieldChoice, Ingest, Sample, Tally, WeightRule};
 use super::noise::NoiseTally;
+use super::resident::{RESIDENT_BYTES, Resident};
 use super::stream::Stream;
-use super::{DataInfo, Dataset, DatasetError, SAMPLE_BYTES, Store};
+use super::{DataInfo, Dataset, DatasetError, Store};
 use crate::config::NoiseSource;
 use crate::likelihood::VisBlock;
 use crate::rime::shape::Profile;
@@ -75,7 +76,10 @@ impl Dataset {
             ingest.set_weights(WeightRule::Scaled(noise.weight_scale));
         }
         let store = match blocks {
-            Some(blocks) => Store::Resident(rescaled(blocks, &mut ingest, noise.weight_scale)?),
+            Some(blocks) => {
+                let blocks = rescaled(blocks, &mut ingest, noise.weight_scale)?;
+                Store::Resident(Resident::new(blocks))
+            }
             None => Store::Streamed(Box::new(Stream::new(ingest, options.memory_bytes))),
         };
         Ok(Self {
@@ -85,6 +89,7 @@ impl Dataset {
             profile: options.profile,
             store,
             removed: Vec::new(),
+            n_eval: 0,
         })
     }
 }
@@ -117,7 +122,7 @@ fn first_pass(
     let mut n_sample = 0;
     while let Some(block) = ingest.next_block(tally)? {
         n_sample += block.len();
-        if (n_sample * SAMPLE_BYTES) as f64 > memory_bytes {
+        if (n_sample * RESIDENT_BYTES) as f64 > memory_bytes {
             kept = None;
         }
         if let Some(blocks) = &mut kept {

@@ -3,6 +3,7 @@
 use super::mean_shift::mean_shift;
 use super::{DetectError, Mode, Status};
 use crate::dataset::{Dataset, Request};
+use crate::likelihood::Xy;
 use crate::rime::Source;
 
 /// What makes a mode a source.
@@ -23,6 +24,14 @@ impl Cuts {
         match self.flux_jy {
             Some(flux_jy) => mode.mean.flux_jy >= flux_jy,
             None => mode.snr_peak() >= self.snr,
+        }
+    }
+
+    /// Is what the data still hold of a mode, at its best shape, above the cut?
+    pub(super) fn passes_still(&self, xy: Xy) -> bool {
+        match self.flux_jy {
+            Some(flux_jy) => xy.x >= flux_jy * xy.y,
+            None => xy.snr_peak() >= self.snr,
         }
     }
 }
@@ -75,12 +84,14 @@ fn drop_duplicates(modes: &mut [Mode], cuts: &Cuts) {
         .collect();
     let cluster = mean_shift(&positions, &bandwidth);
     for (&i, &c) in kept.iter().zip(&cluster) {
-        let beaten = kept.iter().zip(&cluster).any(|(&j, &d)| {
-            c == d
-                && (modes[j].log_z, std::cmp::Reverse(j)) > (modes[i].log_z, std::cmp::Reverse(i))
+        let same = kept.iter().zip(&cluster).filter(|(_, d)| c == **d);
+        let best = same.map(|(&j, _)| j).max_by(|&j, &k| {
+            let by_log_z = modes[j].log_z.total_cmp(&modes[k].log_z);
+            by_log_z.then(k.cmp(&j))
         });
-        if beaten {
+        if best != Some(i) {
             modes[i].status = Status::F1Duplicate;
+            modes[i].explained_by = best;
         }
     }
 }
@@ -94,6 +105,7 @@ fn strongest_first(
 ) -> Result<(), DetectError> {
     let mut open = indices(modes, Status::Kept);
     let mut removed = removed.to_vec();
+    let mut strongest = None;
     while !open.is_empty() {
         let points = open.iter().map(|&i| modes[i].best).collect();
         let xy = dataset.evaluate(&[Request {
@@ -102,12 +114,13 @@ fn strongest_first(
         }])?;
         for (&i, xy) in open.iter().zip(&xy[0]) {
             modes[i].best_xy = *xy;
-            if xy.snr_peak() < cuts.snr {
+            if strongest.is_some() && !cuts.passes_still(*xy) {
                 modes[i].status = Status::ExplainedByBrighter;
+                modes[i].explained_by = strongest;
             }
         }
         open.retain(|&i| modes[i].status == Status::Kept);
-        let strongest = open
+        strongest = open
             .iter()
             .copied()
             .max_by(|&i, &j| modes[i].snr_peak().total_cmp(&modes[j].snr_peak()));

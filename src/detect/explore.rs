@@ -64,7 +64,7 @@ struct Active {
     is_unfinished: bool,
 }
 
-/// Explores all targets and hands each to `done` as it finishes; returns the likelihood evaluations.
+/// Explores all targets and hands each to `done` as it finishes.
 pub(super) fn explore(
     dataset: &mut Dataset,
     prior: &SourcePrior,
@@ -72,10 +72,10 @@ pub(super) fn explore(
     targets: Vec<Target>,
     observer: &mut dyn Observer,
     done: &mut dyn FnMut(Explored),
-) -> Result<u64, DetectError> {
+) -> Result<(), DetectError> {
     let mut queue = targets.into_iter().enumerate();
     let mut active: Vec<Active> = Vec::new();
-    let (mut n_eval, mut n_done) = (0, 0);
+    let (n_eval_before, mut n_done) = (dataset.n_eval(), 0);
     loop {
         for (index, target) in queue.by_ref().take(IN_FLIGHT - active.len()) {
             let sampler = factory(target.sampler).map_err(|e| in_region(&target.region, e))?;
@@ -87,10 +87,9 @@ pub(super) fn explore(
             });
         }
         if active.is_empty() {
-            return Ok(n_eval);
+            return Ok(());
         }
         let points = ask_all(&mut active, prior, factory)?;
-        n_eval += points.iter().map(|p| p.len() as u64).sum::<u64>();
         let log_l = evaluate(dataset, &active, &points)?;
         tell_all(&mut active, &log_l)?;
         let (going_on, finished): (Vec<_>, Vec<_>) = active
@@ -109,7 +108,7 @@ pub(super) fn explore(
                 run: region.sampler.finish(),
             });
         }
-        observer.advance(n_done, n_eval);
+        observer.advance(n_done, dataset.n_eval() - n_eval_before);
     }
 }
 

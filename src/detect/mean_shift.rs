@@ -20,7 +20,7 @@ pub(super) fn mean_shift(positions: &[Lm], bandwidth: &[f64]) -> Vec<usize> {
         .zip(bandwidth)
         .map(|(centre, &h)| {
             seen.iter()
-                .position(|other| distance(*centre, *other) < h)
+                .position(|other| centre.distance(*other) < h)
                 .unwrap_or_else(|| {
                     seen.push(*centre);
                     seen.len() - 1
@@ -34,7 +34,7 @@ fn converge(start: Lm, h: f64, positions: &[Lm]) -> Lm {
     let mut centre = start;
     for _ in 0..100 {
         let (mut sum, mut n) = (Lm::default(), 0.0);
-        for p in positions.iter().filter(|p| distance(**p, centre) <= h) {
+        for p in positions.iter().filter(|p| p.distance(centre) <= h) {
             sum = Lm {
                 l: sum.l + p.l,
                 m: sum.m + p.m,
@@ -48,17 +48,13 @@ fn converge(start: Lm, h: f64, positions: &[Lm]) -> Lm {
             l: sum.l / n,
             m: sum.m / n,
         };
-        let moved = distance(next, centre);
+        let moved = next.distance(centre);
         centre = next;
         if moved < 1e-3 * h {
             break;
         }
     }
     centre
-}
-
-fn distance(a: Lm, b: Lm) -> f64 {
-    (a.l - b.l).hypot(a.m - b.m)
 }
 
 #[cfg(test)]

@@ -27,6 +27,8 @@ pub enum Status {
     BelowCut,
     /// It falls below the cut once brighter sources are subtracted: a sidelobe.
     ExplainedByBrighter,
+    /// Once a close neighbour is sampled without it, nothing above the cut is left of it.
+    PartOfNeighbour,
     /// Even its best model is no better than no source.
     WorseThanNoSource,
 }
@@ -39,6 +41,7 @@ impl Status {
             Self::F1Duplicate => "f1_duplicate",
             Self::BelowCut => "below_cut",
             Self::ExplainedByBrighter => "explained_by_brighter",
+            Self::PartOfNeighbour => "part_of_neighbour",
             Self::WorseThanNoSource => "worse_than_no_source",
         }
     }
@@ -75,6 +78,8 @@ pub struct Mode {
     pub is_unfinished: bool,
     /// What became of it.
     pub status: Status,
+    /// The mode that is kept in its place, or that explains it: an index into the same list.
+    pub explained_by: Option<usize>,
 }
 
 impl Mode {
@@ -121,6 +126,7 @@ impl Mode {
             samples,
             is_unfinished: false,
             status: Status::Kept,
+            explained_by: None,
         }
     }
 

@@ -19,6 +19,8 @@ pub struct Settings<'a> {
     pub tiles: Vec<Tile>,
     /// Width of the beam [rad].
     pub beam_rad: f64,
+    /// The whole field is one tile, and searched once.
+    pub is_global: bool,
     /// Leave out tiles that cannot hold a source.
     pub screening: bool,
     /// Prior of one source.
@@ -46,7 +48,8 @@ pub struct Detection {
     pub sources: Vec<Detected>,
     /// Likelihood evaluations.
     pub n_eval: u64,
-    /// Evidence of the tiles of each round, against no source, with the prior of the whole field.
+    /// ln Z of one source in the tiles of each round, against no source, with the prior of the
+    /// whole field.
     pub log_z: Vec<f64>,
     /// Tiles that were searched, counted again each time.
     pub n_tile_searched: usize,
@@ -86,8 +89,10 @@ pub fn detect(
                 break;
             }
             let refinement = refinement(settings, round);
-            detection.n_eval += refinement.settle(dataset, &mut sources, 0, observer)?;
-            detection.n_eval += refinement.finish(dataset, &mut sources, observer)?;
+            refinement.settle(dataset, &mut sources, 0, observer)?;
+            let (modes, cuts) = (&mut detection.modes, &settings.cuts);
+            refinement.prune(dataset, &mut sources, modes, cuts, observer)?;
+            refinement.finish(dataset, &mut sources, observer)?;
             n_settled = sources.len();
             queue.reopen_faint();
             continue;
@@ -105,8 +110,8 @@ pub fn detect(
         )?;
         if settings.refine && sources.len() > first {
             let refinement = refinement(settings, round);
-            detection.n_eval += refinement.settle(dataset, &mut sources, first, observer)?;
-            // A tile in which something was found may hold more. The global run is made once.
+            refinement.settle(dataset, &mut sources, first, observer)?;
+            // A tile in which something was found may hold more.
             let holds = |tile: &Tile| {
                 sources[first..]
                     .iter()
@@ -114,11 +119,12 @@ pub fn detect(
             };
             let again = tiles
                 .into_iter()
-                .filter(|tile| settings.tiles.len() > 1 && holds(tile));
+                .filter(|tile| !settings.is_global && holds(tile));
             again.for_each(|tile| queue.put_back(tile));
         }
     }
     detection.sources = with_snr(dataset, sources)?;
+    detection.n_eval = dataset.n_eval();
     Ok(detection)
 }
 
@@ -136,6 +142,12 @@ fn search(
     let removed: Vec<_> = sources.iter().map(|found| found.mode.mean).collect();
     accept(dataset, &removed, &mut modes, &settings.cuts)?;
     let first = detection.modes.len();
+    for explained_by in modes
+        .iter_mut()
+        .filter_map(|mode| mode.explained_by.as_mut())
+    {
+        *explained_by += first;
+    }
     let new = modes
         .iter()
         .enumerate()
@@ -182,7 +194,7 @@ fn search_tiles(
         found[explored.index] = (modes_of(tile, &explored, settings), log_z);
     };
     let (prior, factory) = (&settings.prior, settings.factory);
-    detection.n_eval += explore(dataset, prior, factory, targets, observer, &mut note)?;
+    explore(dataset, prior, factory, targets, observer, &mut note)?;
     detection.n_tile_unfinished += n_unfinished;
     detection
         .log_z

@@ -59,20 +59,19 @@ pub(super) struct Refinement<'a> {
 
 impl Refinement<'_> {
     /// Samples the sources from `first` on with all the others removed, roughly, until they stand
-    /// still; `dataset` is left with all of them removed. Returns the likelihood evaluations.
+    /// still; `dataset` is left with all of them removed.
     pub(super) fn settle(
         &self,
         dataset: &mut Dataset,
         sources: &mut [Found],
         first: usize,
         observer: &mut dyn Observer,
-    ) -> Result<u64, DetectError> {
-        let mut n_eval = 0;
+    ) -> Result<(), DetectError> {
         let mut moving: Vec<usize> = (first..sources.len()).collect();
         for round in 0..MOST_ROUNDS {
             let before = sources.to_vec();
             let seed = stream_seed(self.seed, [1, first as u64, round as u64]);
-            n_eval += self.round(dataset, sources, &moving, Depth::Draft, seed, observer)?;
+            self.round(dataset, sources, &moving, Depth::Draft, seed, observer)?;
             // A source is sampled again only if a neighbour has moved since.
             let stood = |&i: &usize| stands_still(&before[i].mode, &sources[i].mode);
             let moved: Vec<usize> = moving.iter().copied().filter(|i| !stood(i)).collect();
@@ -85,7 +84,7 @@ impl Refinement<'_> {
                 break;
             }
         }
-        Ok(n_eval)
+        Ok(())
     }
 
     /// Samples every source once more with all the others removed, in full.
@@ -94,7 +93,7 @@ impl Refinement<'_> {
         dataset: &mut Dataset,
         sources: &mut [Found],
         observer: &mut dyn Observer,
-    ) -> Result<u64, DetectError> {
+    ) -> Result<(), DetectError> {
         let all: Vec<usize> = (0..sources.len()).collect();
         let seed = stream_seed(self.seed, [2, 0, 0]);
         self.round(dataset, sources, &all, Depth::Full, seed, observer)
@@ -110,9 +109,8 @@ impl Refinement<'_> {
         depth: Depth,
         seed: u64,
         observer: &mut dyn Observer,
-    ) -> Result<u64, DetectError> {
+    ) -> Result<(), DetectError> {
         observer.stage("sampling sources", which.len() as u64);
-        let mut n_eval = 0;
         for group in self.apart(sources, which) {
             dataset.set_removed(means(sources));
             let target = |&i: &usize| Target {
@@ -131,7 +129,7 @@ impl Refinement<'_> {
                 },
             };
             let targets = group.iter().map(target).collect();
-            n_eval += explore(
+            explore(
                 dataset,
                 self.prior,
                 self.factory,
@@ -144,7 +142,7 @@ impl Refinement<'_> {
             )?;
         }
         dataset.set_removed(means(sources));
-        Ok(n_eval)
+        Ok(())
     }
 
     /// Groups of sources that can be sampled at the same time.
@@ -163,19 +161,19 @@ impl Refinement<'_> {
 
     fn are_near(&self, sources: &[Found], i: usize, j: usize) -> bool {
         let (a, b) = (sources[i].mode.mean.lm, sources[j].mode.mean.lm);
-        (a.l - b.l).hypot(a.m - b.m) < NEAR_BEAMS * self.beam_rad
+        a.distance(b) < NEAR_BEAMS * self.beam_rad
     }
 
     /// Where the posterior of a source lies. A mode that was left before it was narrow, or after
     /// it had become a single point, has at least the error that its signal-to-noise ratio allows.
-    fn region(&self, mode: &Mode) -> Region {
+    pub(super) fn region(&self, mode: &Mode) -> Region {
         let least = self.beam_rad / mode.snr_peak().max(1.0);
         let half = REGION_SIGMAS * mode.position_sigma_rad.max(least);
         Region::square(mode.mean.lm, 2.0 * half).clipped(self.field)
     }
 
     /// The whole run about a source is its posterior.
-    fn refined(&self, old: &Mode, explored: &Explored) -> Mode {
+    pub(super) fn refined(&self, old: &Mode, explored: &Explored) -> Mode {
         let evidence = explored.run.evidence();
         let log_w = explored
             .run
@@ -191,12 +189,12 @@ impl Refinement<'_> {
     }
 }
 
-fn means(sources: &[Found]) -> Vec<Source> {
+pub(super) fn means(sources: &[Found]) -> Vec<Source> {
     sources.iter().map(|found| found.mode.mean).collect()
 }
 
 fn stands_still(old: &Mode, new: &Mode) -> bool {
-    let moved = (old.mean.lm.l - new.mean.lm.l).hypot(old.mean.lm.m - new.mean.lm.m);
+    let moved = old.mean.lm.distance(new.mean.lm);
     moved < STANDSTILL_SIGMAS * new.position_sigma_rad
         && (old.mean.flux_jy - new.mean.flux_jy).abs() < STANDSTILL_SIGMAS * new.flux_sigma_jy
 }

@@ -33,7 +33,7 @@ pub(super) fn screen(
     let shapes = [prior.flux.low_jy, prior.flux.high_jy].map(|s| prior.scale.from_unit(0.5, s));
     let mut best = vec![f64::NEG_INFINITY; tiles.len()];
     let mut batch: Vec<(usize, Source)> = Vec::new();
-    let mut n_eval = 0;
+    let n_eval_before = dataset.n_eval();
     for (i, tile) in tiles.iter().enumerate() {
         for lm in grid(&tile.core, SPACING_BEAMS * beam_rad) {
             let template = |scale_rad| Source {
@@ -45,9 +45,8 @@ pub(super) fn screen(
             batch.extend(shapes.map(|scale_rad| (i, template(scale_rad))));
         }
         if batch.len() >= BATCH || i + 1 == tiles.len() {
-            n_eval += batch.len() as u64;
             note(dataset, &std::mem::take(&mut batch), &mut best)?;
-            observer.advance(i as u64 + 1, n_eval);
+            observer.advance(i as u64 + 1, dataset.n_eval() - n_eval_before);
         }
     }
     Ok(best)
@@ -96,7 +95,7 @@ mod tests {
         for i in 0..=40 {
             for j in 0..=40 {
                 let lm = region.from_unit(f64::from(i) / 40.0, f64::from(j) / 40.0);
-                let nearest = points.iter().map(|p| (p.l - lm.l).hypot(p.m - lm.m));
+                let nearest = points.iter().map(|p| p.distance(lm));
                 let nearest = nearest.fold(f64::INFINITY, f64::min);
                 assert!(nearest <= 0.1 * std::f64::consts::FRAC_1_SQRT_2 + 1e-12);
             }

@@ -193,13 +193,20 @@ fn modes(sources: &[SourceRow], detection: &Detection, frame: IcrsCentre) -> Vec
             n_samples: mode.n_sample as i64,
             n_eff: mode.n_eff,
             status: mode.status,
-            source_id: sources
-                .iter()
-                .find(|s| s.mode_id == mode_id)
-                .map(|s| s.source_id),
+            source_id: source_of(i, sources, detection),
         }
     };
     detection.modes.iter().enumerate().map(row).collect()
+}
+
+/// The source that a mode is, or that explains it.
+fn source_of(mut mode: usize, sources: &[SourceRow], detection: &Detection) -> Option<i64> {
+    // What explains a mode may be explained itself, by a stronger one each time.
+    while let Some(other) = detection.modes[mode].explained_by {
+        mode = other;
+    }
+    let source = sources.iter().find(|s| s.mode_id == mode as i64);
+    source.map(|s| s.source_id)
 }
 
 fn header(config: &Config, dataset: &Dataset, frame: IcrsCentre) -> CatalogueHeader {
@@ -302,6 +309,14 @@ fn run_entries(
         ),
         RunEntry::new("search.n_source", detection.sources.len(), "sources"),
     ];
+    entries.extend(detection.log_z.iter().enumerate().map(|(round, log_z)| {
+        let key = format!("search.log_z.{}", round + 1);
+        RunEntry::new(
+            &key,
+            log_z,
+            "one source in the tiles of a round against none",
+        )
+    }));
     let toml = config.to_toml();
     let mut section = String::new();
     for line in toml.lines() {

@@ -19,6 +19,14 @@ use vis2cat_formats::{UvfitsWriter, VisChunk, VisWriter};
 
 use crate::support::{in_repository, search, searched, simulate, vis2cat_ok};
 
+/// Three galaxies that a snapshot of twelve minutes sees in each other's sidelobes.
+const SNAPSHOT: &str = "\
+RA,DEC,Total_flux,Scale_length,E1,E2
+53.1105,-29.9905,2000,4,0.2,0.1
+53.0930,-30.0040,1200,3,-0.1,0.2
+53.1070,-30.0110,800,3,0,-0.2
+";
+
 /// No estimate may be further from the truth than this many of its own errors.
 const LARGEST_PULL: f64 = 5.0;
 /// A match: within three sigma, and at least this.
@@ -252,6 +260,33 @@ fn without_screening_the_same_is_found_and_every_other_mode_has_a_reason() {
     assert_eq!(status.iter().filter(|s| *s == "kept").count(), 1);
 }
 
+/// What a poor first model of the second galaxy leaves behind is found as a source; in the end it
+/// must be part of the galaxy again.
+#[test]
+fn a_galaxy_among_sidelobes_is_not_split_in_two() {
+    let folder = tempfile::tempdir().unwrap();
+    let in_folder = |name: &str| folder.path().join(name).display().to_string();
+    let (list, data) = (in_folder("sky.csv"), in_folder("field.uvfits"));
+    let (truth, out) = (in_folder("truth.fits"), in_folder("out.fits"));
+    std::fs::write(&list, SNAPSHOT).unwrap();
+    let simulate = format!(
+        "simulate {data} --array meerkat --hours 0.2 --tint 60s --catalogue {list} --truth {truth}"
+    );
+    vis2cat_ok(simulate.split_whitespace());
+    let search = format!("{data} {out} --fov 2arcmin --flux 200uJy:5mJy");
+    vis2cat_ok(search.split_whitespace());
+    let truth = read_sources(Path::new(&truth)).unwrap();
+    let pull = largest_pull(&read_table(Path::new(&out), None).unwrap(), &truth);
+    assert!(pull < LARGEST_PULL, "{pull}");
+    let modes = read_table(Path::new(&out), Some("MODES")).unwrap();
+    let status = modes.strings("Status").unwrap();
+    let part = status
+        .iter()
+        .position(|s| s == "part_of_neighbour")
+        .unwrap();
+    assert_eq!(modes.numbers("Source_id").unwrap()[part], 2.0);
+}
+
 #[test]
 fn weights_that_are_all_one_are_rescaled_and_the_same_is_found() {
     let folder = tempfile::tempdir().unwrap();
@@ -301,7 +336,7 @@ fn open(path: &Path, memory_bytes: f64) -> Dataset {
 
 /// The command line wants at least 16 MB; here two blocks must do.
 #[test]
-fn data_streamed_from_the_file_give_the_same() {
+fn data_streamed_from_the_file_give_the_same_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
     let path = simulate(folder.path(), ONE);
     let (mut held, mut streamed) = (open(&path, 1e9), open(&path, 1e5));
@@ -309,25 +344,8 @@ fn data_streamed_from_the_file_give_the_same() {
     assert_eq!(held.info(), streamed.info());
     let found = find(&mut held);
     assert_eq!(found.sources.len(), 1);
-    let again = find(&mut streamed);
-    assert_eq!(again.sources.len(), 1);
-    let (one, other) = (&found.sources[0].posterior, &again.sources[0].posterior);
-    // Sources are subtracted in another order, so that the last bits differ, and then the samples.
-    let apart = (one.mean.lm.l - other.mean.lm.l).hypot(one.mean.lm.m - other.mean.lm.m);
-    assert!(apart < 0.5 * one.position_sigma_rad);
-    assert!((one.mean.flux_jy - other.mean.flux_jy).abs() < 0.5 * one.flux_sigma_jy);
-    // Before anything is subtracted, not a bit differs.
-    let request = || Request {
-        points: vec![one.mean, other.best],
-        restored: Vec::new(),
-    };
-    held = open(&path, 1e9);
-    streamed.set_removed(Vec::new());
-    let (held, streamed) = (
-        held.evaluate(&[request()]).unwrap(),
-        streamed.evaluate(&[request()]).unwrap(),
-    );
-    assert!(held == streamed && held[0][0].snr_peak() > 20.0);
+    assert!(found.sources[0].snr > 20.0);
+    assert!(found == find(&mut streamed));
 }
 
 /// A search of four tiles with few live points.
@@ -352,6 +370,7 @@ fn find(data: &mut Dataset) -> Detection {
         field,
         tiles: tiles(&field, 4, beam_rad),
         beam_rad,
+        is_global: false,
         screening: true,
         prior,
         cuts: Cuts {
