@@ -183,11 +183,18 @@ fn sampler(config: &Config, settings: SamplerSettings) -> Result<Box<dyn Sampler
             },
             efficiency: config.efficiency,
             tolerance: config.tolerance,
-            max_eval: Some(MAX_EVAL_PER_LIVE_POINT * settings.n_live as u64),
+            max_eval: most_evaluations(config, settings),
             seed: settings.seed,
             ..MultiNestConfig::new(N_DIM, settings.n_live)
         })?)),
     }
+}
+
+/// Where a sampler is stopped. What the one search of a global run misses is never looked for
+/// again, so it has all the time it takes.
+fn most_evaluations(config: &Config, settings: SamplerSettings) -> Option<u64> {
+    let is_only_search = settings.search && config.is_global();
+    (!is_only_search).then_some(MAX_EVAL_PER_LIVE_POINT * settings.n_live as u64)
 }
 
 /// BLAKE3 of the input's bytes.
