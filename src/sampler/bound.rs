@@ -6,12 +6,14 @@ mod ellipsoid;
 mod fit;
 mod friends;
 mod linkage;
+mod neighbourhood;
 mod union;
 
 pub(super) use cloud::Cloud;
 pub(super) use decompose::{Decomposition, decompose, refit};
 pub use ellipsoid::Ellipsoid;
 pub(super) use fit::{Cluster, pooled};
+pub(super) use neighbourhood::Neighbourhood;
 pub(super) use union::Union;
 
 use friends::Sets;

@@ -4,7 +4,8 @@ mod region;
 mod territory;
 
 use super::bound::{
-    Cloud, Cluster, Decomposition, Ellipsoid, Union, decompose, pooled, refit, separate,
+    Cloud, Cluster, Decomposition, Ellipsoid, Neighbourhood, Union, decompose, pooled, refit,
+    separate,
 };
 use super::{DeadPoint, ModeNode, NestedRun, Progress, Sampler, SamplerError, log_add};
 use rand::SeedableRng;
@@ -17,6 +18,11 @@ const STALL: u64 = 1_000_000;
 
 /// Tries at a proposal inside the cube and the mode's own part of it, before it is given up.
 const MAX_TRIES: usize = 100_000;
+/// Share of good points among all tried below which the ellipsoids of a mode do not follow its shape.
+const CURVED: f64 = 0.12;
+/// Live points of a mode whose draws are held to their neighbourhood: fewer do not show its shape,
+/// and for more it takes too long to find.
+const NEIGHBOURS: std::ops::RangeInclusive<usize> = 50..=1000;
 
 /// Fewest points that can become a mode of their own: what a cluster needs to have a scale.
 const MIN_MODE: usize = 4;
@@ -322,6 +328,8 @@ impl MultiNest {
     /// Gives a region its new ellipsoids; none: the whole cube.
     fn rebind(&mut self, i: usize, clusters: Vec<Cluster>) {
         let region = &mut self.regions[i];
+        region.is_curved |= (region.since_fit as f64) < CURVED * region.n_tried as f64;
+        region.n_tried = 0;
         region.since_fit = 0;
         region.n_at_fit = region.n_live();
         if clusters.is_empty() {
@@ -334,7 +342,20 @@ impl MultiNest {
                 self.points.cluster[slot] = k;
             }
         }
+        self.regions[i].near = self.neighbourhood(i, &clusters);
+        let region = &mut self.regions[i];
         region.bound = Union::new(clusters.into_iter().map(|c| c.ellipsoid).collect());
+    }
+
+    /// The surroundings of a region's live points, where its ellipsoids do not follow its shape.
+    fn neighbourhood(&mut self, i: usize, clusters: &[Cluster]) -> Option<Neighbourhood> {
+        let region = &self.regions[i];
+        if !region.is_curved || !NEIGHBOURS.contains(&region.n_live()) {
+            return None;
+        }
+        let cloud = self.points.cloud();
+        let covariance = pooled(cloud, clusters.iter().map(|c| c.index.as_slice()))?;
+        Neighbourhood::new(cloud, &region.slots(), &covariance, &mut self.rng)
     }
 
     /// Clusters in groups that are apart in the mode dimensions; groups of fewer than `MIN_MODE`
@@ -434,7 +455,8 @@ impl MultiNest {
             let Some(cluster) = region.bound.draw(&mut self.rng, &mut u) else {
                 continue;
             };
-            if self.territory.owns(region.node, &u) {
+            let is_near = region.near.as_ref().is_none_or(|near| near.contains(&u));
+            if is_near && self.territory.owns(region.node, &u) {
                 self.asked.extend_from_slice(&u);
                 self.origin.push((i, cluster));
                 found += 1;
@@ -463,6 +485,7 @@ impl MultiNest {
         let n_dim = self.config.n_dim;
         let mut region = std::mem::replace(&mut self.regions[i], Region::new(0, 0.0, 0.0, 0));
         region.barren += 1;
+        region.n_tried += 1;
         let filling = region.missing() > 0;
         let contour = if filling {
             Some(region.contour())

@@ -1,6 +1,6 @@
 //! One mode in progress: its live points, contour, volume and bound.
 
-use crate::sampler::bound::Union;
+use crate::sampler::bound::{Neighbourhood, Union};
 use crate::sampler::log_add;
 use nalgebra::DMatrix;
 use std::cmp::{Ordering, Reverse};
@@ -36,6 +36,8 @@ pub(super) struct Region {
     pub(super) node: usize,
     /// Where proposals come from.
     pub(super) bound: Union,
+    /// What of it is near a live point; none: all.
+    pub(super) near: Option<Neighbourhood>,
     /// Expected ln X at the contour.
     pub(super) log_x: f64,
     /// Live points wanted before the contour moves (again).
@@ -45,6 +47,10 @@ pub(super) struct Region {
     /// Deaths since the ellipsoids were last fitted, and live points at that time.
     pub(super) since_fit: usize,
     pub(super) n_at_fit: usize,
+    /// Evaluations since the ellipsoids were last fitted.
+    pub(super) n_tried: u64,
+    /// Few of the points that its ellipsoids propose are good.
+    pub(super) is_curved: bool,
     /// Evaluations since a point was last accepted.
     pub(super) barren: u64,
     /// Covariance of the modes that it split off together with.
@@ -62,11 +68,14 @@ impl Region {
         Self {
             node,
             bound: Union::default(),
+            near: None,
             log_x,
             target,
             since_search: 0,
             since_fit: 0,
             n_at_fit: 0,
+            n_tried: 0,
+            is_curved: false,
             barren: 0,
             typical: None,
             live: BinaryHeap::new(),
