@@ -20,6 +20,8 @@ use crate::units::ARCSEC;
 
 pub use outcome::Outcome;
 
+/// Modes within this many widths of the beam may be sidelobes of each other.
+const NEAR_BEAMS: f64 = 12.0;
 /// Modes closer than this are one source, however well they are measured (method section 4).
 const MERGE_FLOOR_RAD: f64 = 0.4 * ARCSEC;
 /// Live points about a single source, whose posterior is one piece.
@@ -103,6 +105,7 @@ pub fn run(
             flux_jy: config.flux_cut.map(|flux| flux.0),
             merge_radius_rad: config.merge_radius.map(|radius| radius.0),
             merge_floor_rad: MERGE_FLOOR_RAD,
+            near_rad: NEAR_BEAMS * beam_rad,
         },
         factory: &|settings| sampler(config, settings),
         n_live: config.n_live_tile(),

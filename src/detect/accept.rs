@@ -1,6 +1,7 @@
 //! From modes to sources: duplicates, cuts, and the subtraction of the strongest first.
 
 use super::mean_shift::mean_shift;
+use super::queue::SIDELOBE;
 use super::{DetectError, Mode, Status};
 use crate::dataset::{Dataset, Request};
 use crate::likelihood::Xy;
@@ -17,6 +18,8 @@ pub struct Cuts {
     pub merge_radius_rad: Option<f64>,
     /// Floor of that uncertainty [rad].
     pub merge_floor_rad: f64,
+    /// Modes nearer than this to a stronger one wait until that is subtracted [rad].
+    pub near_rad: f64,
 }
 
 impl Cuts {
@@ -96,7 +99,7 @@ fn drop_duplicates(modes: &mut [Mode], cuts: &Cuts) {
     }
 }
 
-/// Takes the strongest mode, subtracts it, looks at the others again, and so on.
+/// Takes the strongest modes, subtracts them, looks at the others again, and so on.
 fn strongest_first(
     dataset: &mut Dataset,
     removed: &[Source],
@@ -105,7 +108,7 @@ fn strongest_first(
 ) -> Result<(), DetectError> {
     let mut open = indices(modes, Status::Kept);
     let mut removed = removed.to_vec();
-    let mut strongest = None;
+    let mut taken: Vec<usize> = Vec::new();
     while !open.is_empty() {
         let points = open.iter().map(|&i| modes[i].best).collect();
         let xy = dataset.evaluate(&[Request {
@@ -114,23 +117,40 @@ fn strongest_first(
         }])?;
         for (&i, xy) in open.iter().zip(&xy[0]) {
             modes[i].best_xy = *xy;
-            if strongest.is_some() && !cuts.passes_still(*xy) {
+            if !taken.is_empty() && !cuts.passes_still(*xy) {
                 modes[i].status = Status::ExplainedByBrighter;
-                modes[i].explained_by = strongest;
+                modes[i].explained_by = nearest(modes, &taken, i);
             }
         }
         open.retain(|&i| modes[i].status == Status::Kept);
-        strongest = open
-            .iter()
-            .copied()
-            .max_by(|&i, &j| modes[i].snr_peak().total_cmp(&modes[j].snr_peak()));
-        if let Some(strongest) = strongest {
-            open.retain(|&i| i != strongest);
-            removed.push(modes[strongest].mean);
-            dataset.set_removed(removed.clone());
-        }
+        taken = undisputed(modes, &open, cuts);
+        open.retain(|i| !taken.contains(i));
+        removed.extend(taken.iter().map(|&i| modes[i].mean));
+        dataset.set_removed(removed.clone());
     }
     Ok(())
+}
+
+/// The strongest of the modes `open`, and those that are none of its sidelobes, nor near a
+/// stronger one.
+fn undisputed(modes: &[Mode], open: &[usize], cuts: &Cuts) -> Vec<usize> {
+    let snr = |i: usize| modes[i].snr_peak();
+    let strongest = open.iter().map(|&i| snr(i)).fold(f64::MIN, f64::max);
+    let is_near = |i: usize, j: usize| {
+        modes[i].mean.lm.distance(modes[j].mean.lm) < cuts.near_rad && (snr(j), i) > (snr(i), j)
+    };
+    let is_free = |&i: &usize| {
+        let is_bright = snr(i) >= (SIDELOBE * strongest).min(strongest);
+        is_bright && !open.iter().any(|&j| j != i && is_near(i, j))
+    };
+    open.iter().copied().filter(is_free).collect()
+}
+
+/// Which of the modes `taken` is the nearest to mode `i`.
+fn nearest(modes: &[Mode], taken: &[usize], i: usize) -> Option<usize> {
+    let distance = |j: usize| modes[i].mean.lm.distance(modes[j].mean.lm);
+    let order = |&j: &usize, &k: &usize| distance(j).total_cmp(&distance(k));
+    taken.iter().copied().min_by(order)
 }
 
 fn indices(modes: &[Mode], status: Status) -> Vec<usize> {

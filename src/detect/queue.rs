@@ -8,9 +8,9 @@ use super::screen::{SEEN_FRACTION, screen};
 use super::{DetectError, Observer, Settings, Tile};
 use crate::dataset::Dataset;
 
-/// Tiles fainter than this part of the brightest wait: more than the sidelobes of most arrays at
+/// What is fainter than this part of the brightest waits until that is subtracted: more than the sidelobes of most arrays at
 /// natural weight.
-const SIDELOBE: f64 = 0.25;
+pub(super) const SIDELOBE: f64 = 0.25;
 
 /// The tiles that are still to be searched.
 pub(super) struct Queue {

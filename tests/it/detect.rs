@@ -378,6 +378,7 @@ fn find(data: &mut Dataset) -> Detection {
             flux_jy: None,
             merge_radius_rad: None,
             merge_floor_rad: 0.4 * ARCSEC,
+            near_rad: 12.0 * beam_rad,
         },
         factory: &factory,
         n_live: 50,
