@@ -16,9 +16,11 @@ mod fill;
 mod lanes;
 mod plan;
 mod resample;
+mod sorted;
 mod span;
 mod spread;
 mod term;
+mod turns;
 
 pub use builder::{FacetBuilder, FacetWeights};
 pub use plan::{FacetError, FacetNeeds, FacetPlan, Reach};
@@ -28,7 +30,7 @@ use crate::coords::Lm;
 use crate::prior::Region;
 use crate::rime::Source;
 use cells::Pack;
-use evaluate::{Level, sums};
+use evaluate::{GROUP, Job, Level, accumulate};
 use span::Span;
 use std::sync::Arc;
 use term::{Centre, FacetTerm};
@@ -63,8 +65,10 @@ impl Facet {
     ///
     /// A source's sums do not depend on the others. The region's upper edges are served too.
     pub fn xy_batch(&self, sources: &[Source]) -> Vec<Xy> {
-        let mut span = Span::default();
-        sources.iter().map(|s| self.xy(s, &mut span)).collect()
+        sources
+            .chunks(GROUP)
+            .flat_map(|sources| self.xy_group(sources))
+            .collect()
     }
 
     /// Cells that a likelihood call for `source` sums over.
@@ -80,22 +84,22 @@ impl Facet {
             .sum()
     }
 
-    fn xy(&self, source: &Source, span: &mut Span) -> Xy {
-        let term = FacetTerm::new(&self.plan, &self.centre, source);
-        let last = self.plan.innermost(term.major_rad);
-        let mut sum = Xy::default();
+    fn xy_group(&self, sources: &[Source]) -> Vec<Xy> {
+        let job = |source| {
+            let term = FacetTerm::new(&self.plan, &self.centre, source);
+            Job::new(term, self.plan.innermost(term.major_rad))
+        };
+        let mut jobs: Vec<_> = sources.iter().map(job).collect();
+        let last = jobs.iter().map(|job| job.last).max().unwrap_or(0);
         for number in 0..=last {
             let level = Level {
                 plan: &self.plan,
                 number,
                 packs: &self.levels[number],
                 common: &self.weights.levels[number],
-                is_band: number < last,
             };
-            let part = sums(self.isa, level, &term, span);
-            sum.x += part.x;
-            sum.y += part.y;
+            accumulate(self.isa, level, &mut jobs);
         }
-        sum
+        jobs.iter().map(|job| job.sum).collect()
     }
 }

@@ -5,6 +5,7 @@ use super::cells::{self, Common};
 use super::fill::{CHANNELS, Target, fill};
 use super::plan::{FacetPlan, Reach};
 use super::resample::HalfPlane;
+use super::sorted::{CHUNK, Queue, sorted};
 use super::term::Centre;
 use crate::coords::Lm;
 use crate::likelihood::{Isa, VisBlock};
@@ -29,6 +30,7 @@ pub struct FacetBuilder {
     grids: Vec<Grid>,
     weights: Option<Grid>,
     known_weights: Option<Arc<FacetWeights>>,
+    queue: Queue,
 }
 
 /// The fine grids of a facet, level after level.
@@ -56,6 +58,7 @@ impl FacetBuilder {
         FacetBuilder {
             weights: Some(Grid::new(&plan, Lm::default())),
             known_weights: None,
+            queue: Queue::default(),
             grids: centres.iter().map(|&lm| Grid::new(&plan, lm)).collect(),
             plan,
         }
@@ -90,30 +93,48 @@ impl FacetBuilder {
             "samples reach to {reach:?}, the facets to {:?}",
             needs.reach
         );
+        for block in blocks {
+            self.queue.push(block);
+        }
+        self.flush(false);
+    }
+
+    /// Grids the samples that wait: those of full chunks, or all.
+    pub fn flush(&mut self, everything: bool) {
+        let chunks: Vec<_> = self
+            .queue
+            .take(everything)
+            .into_par_iter()
+            .map(|chunk| sorted(&self.plan, &chunk))
+            .collect();
+        if chunks.is_empty() {
+            return;
+        }
         let (isa, spread) = (Isa::detect(), &self.plan.spread);
+        let zeros = vec![0.0; CHUNK];
         let data = self.grids.par_iter_mut().map(|grid| (grid, false));
         let weights = self.weights.par_iter_mut().map(|grid| (grid, true));
         data.chain(weights).for_each(|(grid, is_weights)| {
-            let mut zeros = Vec::new();
-            for block in blocks {
-                zeros.resize(zeros.len().max(block.len()), 0.0);
+            for chunk in &chunks {
                 let data = if is_weights {
-                    [&block.weight[..], &zeros[..block.len()]]
+                    [&chunk.weight[..], &zeros[..chunk.len()]]
                 } else {
-                    [&block.weighted_re[..], &block.weighted_im[..]]
+                    [&chunk.weighted_re[..], &chunk.weighted_im[..]]
                 };
-                fill(isa, spread, &grid.target, block, data, &mut grid.cells);
+                fill(isa, spread, &grid.target, chunk, data, &mut grid.cells);
             }
         });
     }
 
     /// The facets, in the order of their centres.
-    pub fn finish(self) -> Vec<Facet> {
+    pub fn finish(mut self) -> Vec<Facet> {
+        self.flush(true);
         let FacetBuilder {
             plan,
             grids,
             weights,
             known_weights,
+            ..
         } = self;
         let isa = Isa::detect();
         let weights = match (known_weights, weights) {

@@ -2,10 +2,10 @@
 #![allow(clippy::inline_always)] // plain loops must be compiled anew for each instruction set
 #![allow(unsafe_code)] // entering code compiled for an instruction set
 
-use super::plan::{FacetPlan, Fine};
+use super::plan::{FacetPlan, Fine, level_of_ratio};
 use super::spread::{Spread, WIDTH};
 use super::term::Centre;
-use crate::likelihood::kernel::numbers::{SQRT2_COS_PI, SQRT2_SIN_PI, horner};
+use super::turns::cos_sin;
 use crate::likelihood::{Isa, VisBlock};
 
 /// Numbers in a cell: w d and the same times the w coordinate, complex.
@@ -75,7 +75,7 @@ fn fill_avx2(s: &Spread, t: &Target, block: &VisBlock, data: [&[f32]; 2], grid: 
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+#[target_feature(enable = "avx512f,avx2,fma")]
 fn fill_avx512(s: &Spread, t: &Target, block: &VisBlock, data: [&[f32]; 2], grid: &mut [f32]) {
     fill_with::<true>(s, t, block, data, grid);
 }
@@ -193,9 +193,7 @@ impl Batch {
         for i in 0..BATCH {
             let (u, v, w) = (self.u[i], self.v[i], self.w[i]);
             let turns = u * lm.l + v * lm.m + w * target.n_minus_1;
-            let x = (turns - turns.round_ties_even()) as f32;
-            let sine = x * horner(&SQRT2_SIN_PI, x * x);
-            let (cos, sin) = (1.0 - sine * sine, sine * horner(&SQRT2_COS_PI, x * x));
+            let [cos, sin] = cos_sin(turns);
             let (u, v) = (u - w * slope_u, v - w * slope_v);
             let sign = 1f64.copysign(v);
             let (re, im) = (self.re[i], self.im[i]);
@@ -215,10 +213,8 @@ impl Batch {
     fn place(&mut self, target: &Target, i: usize) {
         let fine = target.fine;
         let (u, v) = (self.u[i], self.v[i]);
-        // Half the exponent of (U/|u|)² is the level.
         let ratio = target.uv_max * target.uv_max / (u * u + v * v);
-        let exponent = (ratio.to_bits() >> 52) as i32 - 1023;
-        let level = (exponent >> 1).clamp(0, target.levels as i32 - 1);
+        let level = level_of_ratio(ratio, target.levels as i32);
         let scale = f64::from_bits(((level + 1023) as u64) << 52) * fine.cells_per_wavelength;
         let middle = 0.5 * (WIDTH as f64 - 1.0);
         let (u, v) = (u * scale - middle, v * scale - middle);

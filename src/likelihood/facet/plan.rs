@@ -12,6 +12,8 @@
 //! what varies slowly in uv, the far wings of a source, needs the wide sky, and it lies at short
 //! baselines.
 
+#![allow(clippy::inline_always)] // compiled anew for each instruction set
+
 use super::resample::{CLEAR, Resampler, window};
 use super::spread::{Spread, WIDTH};
 use crate::likelihood::VisBlock;
@@ -119,6 +121,8 @@ pub struct FacetPlan {
     pub(super) period_rad: f64,
     /// Cells from the middle of a level to its edge, without guard.
     pub(super) radius: usize,
+    /// Cells from the middle to the edge in each row: of level 0, and of the others.
+    edges: [Vec<f64>; 2],
     /// The kernel that spreads samples.
     pub(super) spread: Spread,
     /// From the grid that samples are spread on to a level.
@@ -170,6 +174,7 @@ impl FacetPlan {
             uv_max,
             period_rad,
             radius,
+            edges: [disc(radius + GUARD), disc(radius)],
             spread,
             from_fine,
             from_next: Resampler::new(2 * n, n, window),
@@ -221,6 +226,12 @@ impl FacetPlan {
             .unwrap_or(self.levels - 1)
     }
 
+    /// The deepest level that reaches the sample at (u, v) [wavelength].
+    pub(super) fn level_of(&self, u: f64, v: f64) -> usize {
+        let ratio = self.uv_max * self.uv_max / (u * u + v * v);
+        level_of_ratio(ratio, self.levels as i32) as usize
+    }
+
     /// Outer radius of `level` [wavelength].
     pub(super) fn reach(&self, level: usize) -> f64 {
         self.uv_max / 2f64.powi(level as i32)
@@ -255,9 +266,9 @@ impl FacetPlan {
         2 * (self.radius + GUARD + 1).next_multiple_of(16)
     }
 
-    /// Cells from the middle to the edge of `level`, guard included.
-    pub(super) fn edge(&self, level: usize) -> usize {
-        self.radius + if level == 0 { GUARD } else { 0 }
+    /// For every row of `level`, the cells from the middle to its edge, guard included.
+    pub(super) fn edges(&self, level: usize) -> &[f64] {
+        &self.edges[level.min(1)]
     }
 
     /// The grid that samples are spread on.
@@ -302,6 +313,20 @@ fn curvature(needs: &FacetNeeds) -> f64 {
     let diagonal2 = 0.5 * needs.side_rad * needs.side_rad;
     let n2 = 1.0 - needs.farthest * needs.farthest;
     diagonal2 / (2.0 * n2 * n2.sqrt())
+}
+
+/// Level of (U/|u|)²: half its exponent.
+#[inline(always)]
+pub(super) fn level_of_ratio(ratio: f64, levels: i32) -> i32 {
+    let exponent = (ratio.to_bits() >> 52) as i32 - 1023;
+    (exponent >> 1).clamp(0, levels - 1)
+}
+
+/// Half the width of each row of a disc.
+fn disc(radius: usize) -> Vec<f64> {
+    (0..=radius)
+        .map(|row| ((radius * radius - row * row) as f64).sqrt())
+        .collect()
 }
 
 fn check(needs: &FacetNeeds) -> Result<(), FacetError> {

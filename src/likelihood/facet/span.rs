@@ -1,9 +1,12 @@
 //! Which cells of a level a source is summed over, and its phases there.
+//!
+//! Plain loops without closures: a closure would be compiled for the least of processors.
+#![allow(clippy::inline_always, clippy::needless_range_loop)]
 
 use super::cells::LANES;
 use super::plan::FacetPlan;
 use super::term::FacetTerm;
-use crate::likelihood::kernel::numbers::{SQRT2_COS_PI, SQRT2_SIN_PI, horner};
+use super::turns::cos_sin;
 
 /// Sixteen columns of a level.
 #[derive(Debug, Clone, Copy)]
@@ -19,8 +22,6 @@ pub(super) struct Columns {
 /// A run of cells in a row.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row {
-    /// Index of the row.
-    pub(super) row: usize,
     /// First pack of the row that is summed, and one past the last.
     pub(super) first: usize,
     pub(super) end: usize,
@@ -35,12 +36,19 @@ pub(super) struct Row {
     pub(super) across: f32,
 }
 
-/// Room to work in.
+/// The cells of one source on one level: rows from v = 0 up.
 #[derive(Debug, Default)]
 pub(super) struct Span {
     pub(super) columns: Vec<Columns>,
     pub(super) rows: Vec<Row>,
-    phases: Vec<[f32; 2]>,
+}
+
+impl Columns {
+    const ZERO: Columns = Columns {
+        cos: [0.0; LANES],
+        sin: [0.0; LANES],
+        pu: [0.0; LANES],
+    };
 }
 
 impl Span {
@@ -51,47 +59,50 @@ impl Span {
         self.set_rows(plan, level, term, offset_q);
     }
 
+    /// No cells.
+    pub(super) fn clear(&mut self) {
+        self.rows.clear();
+    }
+
     #[inline(always)]
     fn set_columns(&mut self, plan: &FacetPlan, level: usize, term: &FacetTerm) {
         let (cell, half) = (plan.cell(level), plan.columns() as i32 / 2);
         let (turns, pu) = (cell * term.offset.l, cell * term.p);
-        self.columns.clear();
-        self.columns.extend((0..plan.columns() / LANES).map(|i| {
+        self.columns.resize(plan.columns() / LANES, Columns::ZERO);
+        for (i, columns) in self.columns.iter_mut().enumerate() {
             let first = i as i32 * LANES as i32 - half;
-            let at: [f64; LANES] = std::array::from_fn(|k| f64::from(first + k as i32));
-            let phases = at.map(|c| cos_sin(c * turns));
-            Columns {
-                cos: phases.map(|p| p[0]),
-                sin: phases.map(|p| p[1]),
-                pu: at.map(|c| (c * pu) as f32),
+            for k in 0..LANES {
+                let c = f64::from(first + k as i32);
+                let [cos, sin] = cos_sin(c * turns);
+                columns.cos[k] = cos;
+                columns.sin[k] = sin;
+                columns.pu[k] = (c * pu) as f32;
             }
-        }));
+        }
     }
 
+    /// In a row, Q stays below its limit for |p u + r v| < sqrt(q_max - s v²).
     #[inline(always)]
     fn set_rows(&mut self, plan: &FacetPlan, level: usize, term: &FacetTerm, offset_q: f64) {
-        let (cell, edge) = (plan.cell(level), plan.edge(level));
-        let half = plan.columns() as f64 / 2.0;
+        let (cell, half) = (plan.cell(level), plan.columns() as f64 / 2.0);
         let turns = cell * term.offset.m;
-        self.phases.clear();
-        self.phases
-            .extend((0..=edge).map(|row| cos_sin(row as f64 * turns)));
+        let per_cell = 1.0 / (term.p * cell).max(f64::MIN_POSITIVE);
         self.rows.clear();
-        for (row, &[cos, sin]) in self.phases.iter().enumerate() {
+        for (row, &edge) in plan.edges(level).iter().enumerate() {
             let v = cell * row as f64;
             let sv2 = term.s * v * v;
-            let Some([low, high]) = ends(term, v, sv2, cell) else {
+            let rest = term.q_max - sv2;
+            if rest < 0.0 {
                 break;
-            };
-            let disc = ((edge * edge - row * row) as f64).sqrt();
-            let (low, high) = (low.max(-disc), high.min(disc));
-            if low > high {
-                continue;
             }
+            let middle = -term.r * v * per_cell;
+            let reach = rest.sqrt() * per_cell;
+            let low = (middle - reach).clamp(-edge, edge) + half;
+            let high = (middle + reach).clamp(-edge, edge) + half;
+            let [cos, sin] = cos_sin(row as f64 * turns);
             self.rows.push(Row {
-                row,
-                first: (low + half) as usize / LANES,
-                end: (high + half) as usize / LANES + 1,
+                first: low as u32 as usize / LANES,
+                end: high as u32 as usize / LANES + 1,
                 cos,
                 sin,
                 rv: (term.r * v) as f32,
@@ -100,27 +111,4 @@ impl Span {
             });
         }
     }
-}
-
-/// The cells of the row at `v` between which Q stays below its limit; `None` above the last row
-/// where it does.
-#[inline(always)]
-fn ends(term: &FacetTerm, v: f64, sv2: f64, cell: f64) -> Option<[f64; 2]> {
-    let rest = term.q_max - sv2;
-    if rest < 0.0 {
-        return None;
-    }
-    if term.p <= 0.0 {
-        return Some([f64::NEG_INFINITY, f64::INFINITY]);
-    }
-    let (middle, half) = (-term.r * v / term.p, rest.sqrt() / term.p);
-    Some([(middle - half) / cell, (middle + half) / cell])
-}
-
-/// Cosine and sine of `turns` turns, to 3e-7.
-#[inline(always)]
-fn cos_sin(turns: f64) -> [f32; 2] {
-    let x = (turns - turns.round_ties_even()) as f32;
-    let sine = x * horner(&SQRT2_SIN_PI, x * x);
-    [1.0 - sine * sine, sine * horner(&SQRT2_COS_PI, x * x)]
 }
