@@ -219,6 +219,13 @@ fn main() {
         );
         facets
     });
+    let start = Instant::now();
+    let some = sources(&regions[0], 64, [1.0, 2.0], [0.0, 0.3]);
+    pool.install(|| black_box(xy_batch(&blocks[..8], &some, Profile::Exponential)));
+    println!(
+        "exact engine: {:.3} ns per visibility and source",
+        1e9 * start.elapsed().as_secs_f64() / (8 * blocks[0].len() * some.len()) as f64
+    );
     println!("shapes                   rms X/sY     max X     max Y    SNR 8  SNR 200");
     for (name, region, facet) in [
         ("centre", &regions[0], &facets[0]),

@@ -2,6 +2,11 @@
 #![allow(clippy::inline_always)] // plain loops must be compiled anew for each instruction set
 #![allow(unsafe_code)] // entering code compiled for an instruction set
 
+use super::cells::LANES;
+use super::lanes::Lanes;
+use super::lanes::portable::Plain;
+#[cfg(target_arch = "x86_64")]
+use super::lanes::{avx2::Avx2, avx512::Avx512};
 use super::plan::{FacetPlan, Fine, level_of_ratio};
 use super::spread::{Spread, WIDTH};
 use super::term::Centre;
@@ -10,6 +15,9 @@ use crate::likelihood::{Isa, VisBlock};
 
 /// Numbers in a cell: w d and the same times the w coordinate, complex.
 pub(super) const CHANNELS: usize = 4;
+
+/// 1.5 x 2^52: adding it rounds to a whole number, which the low bits then hold.
+const ROUND: f64 = 6_755_399_441_055_744.0;
 
 /// Samples that are prepared at a time.
 const BATCH: usize = 64;
@@ -56,7 +64,7 @@ pub(super) fn fill(
         "{isa:?} is not available on this processor"
     );
     match isa {
-        Isa::Portable => fill_with::<false>(spread, target, block, [re, im], grid),
+        Isa::Portable => fill_with::<Plain>(spread, target, block, [re, im], grid),
         // SAFETY: the instructions are there, it was just asserted.
         #[cfg(target_arch = "x86_64")]
         Isa::Avx2 => unsafe { fill_avx2(spread, target, block, [re, im], grid) },
@@ -64,24 +72,24 @@ pub(super) fn fill(
         #[cfg(target_arch = "x86_64")]
         Isa::Avx512 => unsafe { fill_avx512(spread, target, block, [re, im], grid) },
         #[cfg(not(target_arch = "x86_64"))]
-        _ => fill_with::<false>(spread, target, block, [re, im], grid),
+        _ => fill_with::<Plain>(spread, target, block, [re, im], grid),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn fill_avx2(s: &Spread, t: &Target, block: &VisBlock, data: [&[f32]; 2], grid: &mut [f32]) {
-    fill_with::<true>(s, t, block, data, grid);
+    fill_with::<Avx2>(s, t, block, data, grid);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx2,fma")]
 fn fill_avx512(s: &Spread, t: &Target, block: &VisBlock, data: [&[f32]; 2], grid: &mut [f32]) {
-    fill_with::<true>(s, t, block, data, grid);
+    fill_with::<Avx512>(s, t, block, data, grid);
 }
 
 #[inline(always)]
-fn fill_with<const FMA: bool>(
+fn fill_with<L: Lanes>(
     spread: &Spread,
     target: &Target,
     block: &VisBlock,
@@ -95,10 +103,10 @@ fn fill_with<const FMA: bool>(
         batch.load(block, [re, im], first, count);
         batch.prepare(target);
         for i in 0..count {
-            let at = [batch.at_u[i], batch.at_v[i]];
             let value = [batch.re[i], batch.im[i], batch.w_re[i], batch.w_im[i]];
             let start = batch.start[i] as usize * CHANNELS;
-            spread_sample::<FMA>(spread, at, value, &mut grid[start..], stride);
+            let at = [batch.at_u[i], batch.at_v[i]];
+            spread_sample::<L>(spread, at, value, &mut grid[start..], stride);
         }
     }
 }
@@ -106,37 +114,53 @@ fn fill_with<const FMA: bool>(
 /// Adds `value` to the 8 x 8 cells from the first one of `grid` on, rows `stride` numbers apart.
 /// The sample stands at `at`, in [-1/2, 1/2], from the middle of the cells.
 #[inline(always)]
-fn spread_sample<const FMA: bool>(
+fn spread_sample<L: Lanes>(
     spread: &Spread,
     at: [f32; 2],
     value: [f32; CHANNELS],
     grid: &mut [f32],
     stride: usize,
 ) {
-    let mut x = [at[0]; 2 * WIDTH];
-    x[WIDTH..].fill(at[1]);
-    let mut kernel = [0.0; 2 * WIDTH];
-    for row in spread.polynomials.iter().rev() {
-        for i in 0..2 * WIDTH {
-            kernel[i] = mul_add::<FMA>(kernel[i], x[i], row[i]);
+    let kernel = kernel::<L>(spread, at);
+    let mut values = [0.0; LANES];
+    for (i, v) in values.iter_mut().enumerate() {
+        *v = value[i % CHANNELS];
+    }
+    let values = L::load(&values, 0);
+    // Four cells of four channels are sixteen numbers; eight cells are two such groups.
+    let mut along_u = [[values; 2]; 2];
+    for half in 0..2 {
+        for part in 0..L::PARTS {
+            along_u[half][part] = L::repeat(&kernel, half * L::PARTS + part).mul(values);
         }
     }
-    let mut along_u = [0.0; WIDTH * CHANNELS];
-    for i in 0..WIDTH * CHANNELS {
-        along_u[i] = kernel[i / CHANNELS] * value[i % CHANNELS];
-    }
-    for (row, &factor) in kernel[WIDTH..].iter().enumerate() {
-        let cells = &mut grid[row * stride..][..WIDTH * CHANNELS];
-        for i in 0..WIDTH * CHANNELS {
-            cells[i] = mul_add::<FMA>(factor, along_u[i], cells[i]);
+    for row in 0..WIDTH {
+        let factor = L::splat(kernel[WIDTH + row]);
+        let (cells, _) = grid[row * stride..][..WIDTH * CHANNELS].as_chunks_mut::<LANES>();
+        for (cells, along_u) in cells.iter_mut().zip(&along_u) {
+            for part in 0..L::PARTS {
+                let sum = factor.mul_add(along_u[part], L::load(cells, part));
+                sum.store(cells, part);
+            }
         }
     }
 }
 
-/// a b + c, in one step where the processor has one.
+/// The kernel at the eight cells along u and the eight along v.
 #[inline(always)]
-fn mul_add<const FMA: bool>(a: f32, b: f32, c: f32) -> f32 {
-    if FMA { a.mul_add(b, c) } else { a * b + c }
+fn kernel<L: Lanes>(spread: &Spread, at: [f32; 2]) -> [f32; LANES] {
+    let mut x = [at[0]; LANES];
+    x[WIDTH..].fill(at[1]);
+    let mut kernel = [0.0; LANES];
+    for part in 0..L::PARTS {
+        let x = L::load(&x, part);
+        let mut sum = L::splat(0.0);
+        for k in (0..spread.polynomials.len()).rev() {
+            sum = sum.mul_add(x, L::load(&spread.polynomials[k], part));
+        }
+        sum.store(&mut kernel, part);
+    }
+    kernel
 }
 
 /// Samples on their way to the grid.
@@ -218,9 +242,11 @@ impl Batch {
         let scale = f64::from_bits(((level + 1023) as u64) << 52) * fine.cells_per_wavelength;
         let middle = 0.5 * (WIDTH as f64 - 1.0);
         let (u, v) = (u * scale - middle, v * scale - middle);
-        let (col, row) = (u.round_ties_even(), v.round_ties_even());
-        (self.at_u[i], self.at_v[i]) = ((u - col) as f32, (v - row) as f32);
-        let row = level * fine.rows as i32 + row as i32 - fine.first_row as i32;
-        self.start[i] = row * fine.cols as i32 + col as i32 - fine.first_col as i32;
+        let (col, row) = (u + ROUND, v + ROUND);
+        self.at_u[i] = (u - (col - ROUND)) as f32;
+        self.at_v[i] = (v - (row - ROUND)) as f32;
+        let (col, row) = (col.to_bits() as i32, row.to_bits() as i32);
+        let row = level * fine.rows as i32 + row - fine.first_row as i32;
+        self.start[i] = row * fine.cols as i32 + col - fine.first_col as i32;
     }
 }

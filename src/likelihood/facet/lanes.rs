@@ -1,7 +1,7 @@
 //! Vectors of f32: what the sum over cells needs, once for each instruction set.
 //!
 //! Implementations for wide registers use instructions that not every processor has: only code that
-//! has checked for them may use these types. `evaluate.rs` is the only one, and does.
+//! has checked for them may use these types. `evaluate.rs` and `fill.rs` are the only ones, and do.
 #![allow(clippy::inline_always)] // must end up in code compiled for the instruction set
 
 #[cfg(target_arch = "x86_64")]
@@ -18,6 +18,8 @@ use super::cells::LANES;
 /// |---|---|
 /// | `splat` | the same number in all lanes |
 /// | `load` | lanes number `part` of sixteen numbers |
+/// | `repeat` | every number of group `part` four times, for as many as there are lanes |
+/// | `store` | writes the lanes number `part` of sixteen numbers |
 /// | `add`, `mul` | sum, product |
 /// | `mul_add` | a b + c |
 /// | `mul_sub_from` | c - a b |
@@ -32,6 +34,8 @@ pub(super) trait Lanes: Copy {
     type Sum: Copy;
     fn splat(x: f32) -> Self;
     fn load(from: &[f32; LANES], part: usize) -> Self;
+    fn repeat(from: &[f32; LANES], part: usize) -> Self;
+    fn store(self, to: &mut [f32; LANES], part: usize);
     fn add(self, other: Self) -> Self;
     fn mul(self, other: Self) -> Self;
     fn mul_add(self, b: Self, c: Self) -> Self;

@@ -10,8 +10,8 @@ use std::arch::x86_64::*;
 #[derive(Clone, Copy)]
 pub(in super::super) struct Avx2(__m256);
 
-// SAFETY of all blocks: `evaluate::sums` makes these vectors only after it asserted
-// `Isa::Avx2.is_available()`; loads read eight f32 of a slice of eight, unaligned.
+// SAFETY of all blocks: `evaluate` and `fill` make these vectors only after they asserted
+// `Isa::Avx2.is_available()`; loads and stores touch eight f32 of a slice of eight, unaligned.
 impl Lanes for Avx2 {
     const PARTS: usize = 2;
     type Sum = [__m256d; 2];
@@ -25,6 +25,18 @@ impl Lanes for Avx2 {
     fn load(from: &[f32; LANES], part: usize) -> Self {
         let eight = &from[8 * part..8 * part + 8];
         unsafe { Self(_mm256_loadu_ps(eight.as_ptr())) }
+    }
+
+    #[inline(always)]
+    fn repeat(from: &[f32; LANES], part: usize) -> Self {
+        let (first, second) = (from[2 * part], from[2 * part + 1]);
+        unsafe { Self(_mm256_set_m128(_mm_set1_ps(second), _mm_set1_ps(first))) }
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [f32; LANES], part: usize) {
+        let eight = &mut to[8 * part..8 * part + 8];
+        unsafe { _mm256_storeu_ps(eight.as_mut_ptr(), self.0) }
     }
 
     #[inline(always)]

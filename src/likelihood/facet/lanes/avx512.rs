@@ -10,8 +10,8 @@ use std::arch::x86_64::*;
 #[derive(Clone, Copy)]
 pub(in super::super) struct Avx512(__m512);
 
-// SAFETY of all blocks: `evaluate::sums` makes these vectors only after it asserted
-// `Isa::Avx512.is_available()`; loads read sixteen f32 of an array of sixteen, unaligned.
+// SAFETY of all blocks: `evaluate` and `fill` make these vectors only after they asserted
+// `Isa::Avx512.is_available()`; loads and stores touch sixteen f32 of an array of sixteen, unaligned.
 impl Lanes for Avx512 {
     const PARTS: usize = 1;
     type Sum = [__m512d; 2];
@@ -24,6 +24,21 @@ impl Lanes for Avx512 {
     #[inline(always)]
     fn load(from: &[f32; LANES], _part: usize) -> Self {
         unsafe { Self(_mm512_loadu_ps(from.as_ptr())) }
+    }
+
+    #[inline(always)]
+    fn repeat(from: &[f32; LANES], part: usize) -> Self {
+        let four = &from[4 * part..4 * part + 4];
+        unsafe {
+            let which = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
+            let four = _mm512_castps128_ps512(_mm_loadu_ps(four.as_ptr()));
+            Self(_mm512_permutexvar_ps(which, four))
+        }
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [f32; LANES], _part: usize) {
+        unsafe { _mm512_storeu_ps(to.as_mut_ptr(), self.0) }
     }
 
     #[inline(always)]

@@ -29,6 +29,20 @@ impl Lanes for Plain {
     }
 
     #[inline(always)]
+    fn repeat(from: &[f32; LANES], part: usize) -> Self {
+        let mut four_times = [0.0; LANES];
+        for i in 0..LANES {
+            four_times[i] = from[LANES / 4 * part + i / 4];
+        }
+        Plain(four_times)
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [f32; LANES], _part: usize) {
+        *to = self.0;
+    }
+
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Plain(std::array::from_fn(|i| self.0[i] + other.0[i]))
     }
