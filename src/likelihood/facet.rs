@@ -79,7 +79,7 @@ impl Facet {
             .map(|level| {
                 span.set(&self.plan, level, &term, 0.0);
                 let packs = span.rows.iter().map(|row| row.end - row.first);
-                packs.sum::<usize>() * cells::LANES
+                packs.sum::<u32>() as usize * cells::LANES
             })
             .sum()
     }
@@ -103,3 +103,6 @@ impl Facet {
         jobs.iter().map(|job| job.sum).collect()
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -208,7 +208,6 @@ fn main() {
         for blocks in blocks.chunks(16) {
             builder.add(blocks);
         }
-        builder.flush(true);
         let filled = start.elapsed().as_secs_f64();
         let facets = builder.finish();
         let finished = start.elapsed().as_secs_f64();

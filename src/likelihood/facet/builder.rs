@@ -5,7 +5,7 @@ use super::cells::{self, Common};
 use super::fill::{CHANNELS, Target, fill};
 use super::plan::{FacetPlan, Reach};
 use super::resample::HalfPlane;
-use super::sorted::{CHUNK, Queue, sorted};
+use super::sorted::{CHUNK, Queue, Sorted};
 use super::term::Centre;
 use crate::coords::Lm;
 use crate::likelihood::{Isa, VisBlock};
@@ -100,12 +100,12 @@ impl FacetBuilder {
     }
 
     /// Grids the samples that wait: those of full chunks, or all.
-    pub fn flush(&mut self, everything: bool) {
+    fn flush(&mut self, everything: bool) {
         let chunks: Vec<_> = self
             .queue
             .take(everything)
             .into_par_iter()
-            .map(|chunk| sorted(&self.plan, &chunk))
+            .map(|chunk| Sorted::new(&self.plan, &chunk))
             .collect();
         if chunks.is_empty() {
             return;
@@ -116,10 +116,11 @@ impl FacetBuilder {
         let weights = self.weights.par_iter_mut().map(|grid| (grid, true));
         data.chain(weights).for_each(|(grid, is_weights)| {
             for chunk in &chunks {
+                let block = &chunk.block;
                 let data = if is_weights {
-                    [&chunk.weight[..], &zeros[..chunk.len()]]
+                    [&block.weight[..], &zeros[..block.len()]]
                 } else {
-                    [&chunk.weighted_re[..], &chunk.weighted_im[..]]
+                    [&block.weighted_re[..], &block.weighted_im[..]]
                 };
                 fill(isa, spread, &grid.target, chunk, data, &mut grid.cells);
             }

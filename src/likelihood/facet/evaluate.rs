@@ -149,7 +149,7 @@ fn row_sums<L: Lanes, const PROFILE: u8, const IS_BAND: bool>(
     let (rv, sv2, across) = (L::splat(row.rv), L::splat(row.sv2), L::splat(row.across));
     let (along, turn) = (L::splat(term.along as f32), L::splat(term.curvature as f32));
     let [mut a, mut b, mut y] = [zero; 3];
-    let range = row.first..row.end;
+    let range = row.first as usize..row.end as usize;
     let cells = packs[range.clone()].iter().zip(&common[range.clone()]);
     for ((pack, common), columns) in cells.zip(&columns[range]) {
         let window = if IS_BAND { &common.band } else { &common.low };

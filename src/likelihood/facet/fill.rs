@@ -8,6 +8,7 @@ use super::lanes::portable::Plain;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{avx2::Avx2, avx512::Avx512};
 use super::plan::{FacetPlan, Fine, level_of_ratio};
+use super::sorted::{Sorted, TILE, Tile};
 use super::spread::{Spread, WIDTH};
 use super::term::Centre;
 use super::turns::cos_sin;
@@ -46,7 +47,7 @@ impl Target {
     }
 }
 
-/// Adds the samples of `block` with the data `re`, `im` in place of its own to `grid`, the fine
+/// Adds `samples` with `data` (real and imaginary parts) in place of their own to `grid`, the fine
 /// grids of all levels, each sample to the deepest level that reaches it.
 ///
 /// # Panics
@@ -55,8 +56,8 @@ pub(super) fn fill(
     isa: Isa,
     spread: &Spread,
     target: &Target,
-    block: &VisBlock,
-    [re, im]: [&[f32]; 2],
+    samples: &Sorted,
+    data: [&[f32]; 2],
     grid: &mut [f32],
 ) {
     assert!(
@@ -64,54 +65,146 @@ pub(super) fn fill(
         "{isa:?} is not available on this processor"
     );
     match isa {
-        Isa::Portable => fill_with::<Plain>(spread, target, block, [re, im], grid),
+        Isa::Portable => fill_with::<Plain>(spread, target, samples, data, grid),
         // SAFETY: the instructions are there, it was just asserted.
         #[cfg(target_arch = "x86_64")]
-        Isa::Avx2 => unsafe { fill_avx2(spread, target, block, [re, im], grid) },
+        Isa::Avx2 => unsafe { fill_avx2(spread, target, samples, data, grid) },
         // SAFETY: as above.
         #[cfg(target_arch = "x86_64")]
-        Isa::Avx512 => unsafe { fill_avx512(spread, target, block, [re, im], grid) },
+        Isa::Avx512 => unsafe { fill_avx512(spread, target, samples, data, grid) },
         #[cfg(not(target_arch = "x86_64"))]
-        _ => fill_with::<Plain>(spread, target, block, [re, im], grid),
+        _ => fill_with::<Plain>(spread, target, samples, data, grid),
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn fill_avx2(s: &Spread, t: &Target, block: &VisBlock, data: [&[f32]; 2], grid: &mut [f32]) {
-    fill_with::<Avx2>(s, t, block, data, grid);
+fn fill_avx2(s: &Spread, t: &Target, samples: &Sorted, data: [&[f32]; 2], grid: &mut [f32]) {
+    fill_with::<Avx2>(s, t, samples, data, grid);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx2,fma")]
-fn fill_avx512(s: &Spread, t: &Target, block: &VisBlock, data: [&[f32]; 2], grid: &mut [f32]) {
-    fill_with::<Avx512>(s, t, block, data, grid);
+fn fill_avx512(s: &Spread, t: &Target, samples: &Sorted, data: [&[f32]; 2], grid: &mut [f32]) {
+    fill_with::<Avx512>(s, t, samples, data, grid);
 }
 
 #[inline(always)]
 fn fill_with<L: Lanes>(
     spread: &Spread,
     target: &Target,
-    block: &VisBlock,
-    [re, im]: [&[f32]; 2],
+    samples: &Sorted,
+    data: [&[f32]; 2],
     grid: &mut [f32],
 ) {
     let mut batch = Batch::new();
-    let stride = target.fine.cols * CHANNELS;
-    for first in (0..block.len()).step_by(BATCH) {
-        let count = BATCH.min(block.len() - first);
-        batch.load(block, [re, im], first, count);
-        batch.prepare(target);
-        for i in 0..count {
-            let value = [batch.re[i], batch.im[i], batch.w_re[i], batch.w_im[i]];
-            let start = batch.start[i] as usize * CHANNELS;
-            let at = [batch.at_u[i], batch.at_v[i]];
-            spread_sample::<L>(spread, at, value, &mut grid[start..], stride);
+    let mut patch = Patch::new();
+    for (tile, range) in &samples.runs {
+        let is_patch = range.len() >= PATCH_SAMPLES;
+        if is_patch {
+            patch.start(*tile);
+        }
+        for first in range.clone().step_by(BATCH) {
+            let count = BATCH.min(range.end - first);
+            batch.load(&samples.block, data, first, count);
+            batch.prepare(target);
+            for i in 0..count {
+                let value = [batch.re[i], batch.im[i], batch.w_re[i], batch.w_im[i]];
+                let at = [batch.at_u[i], batch.at_v[i]];
+                let place = [batch.level[i], batch.row[i], batch.col[i]];
+                match patch.index(place) {
+                    Some(first) if is_patch => {
+                        spread_sample::<L>(spread, at, value, &mut patch.cells[first..], PATCH);
+                    }
+                    _ => {
+                        let first = target.index(place);
+                        let cols = target.fine.cols;
+                        spread_sample::<L>(spread, at, value, &mut grid[first..], cols);
+                    }
+                }
+            }
+        }
+        if is_patch {
+            patch.add_to(target, grid);
         }
     }
 }
 
-/// Adds `value` to the 8 x 8 cells from the first one of `grid` on, rows `stride` numbers apart.
+impl Target {
+    /// Index in the grids of the first channel of the cell `row`, `col` of `level`.
+    #[inline(always)]
+    fn index(&self, [level, row, col]: [i32; 3]) -> usize {
+        let row = level as usize * self.fine.rows + row as usize;
+        (row * self.fine.cols + col as usize) * CHANNELS
+    }
+}
+
+/// Room about a tile for the kernel and for what w does to u and v [cells].
+const MARGIN: i32 = 8;
+
+/// Side of a patch [cells]: 26 KB.
+const PATCH: usize = (TILE + 2 * MARGIN) as usize;
+
+/// Fewest samples that are worth a patch.
+const PATCH_SAMPLES: usize = 24;
+
+/// A tile and the cells about it, summed up on their own.
+struct Patch {
+    tile: Tile,
+    cells: Vec<f32>,
+}
+
+impl Patch {
+    fn new() -> Patch {
+        Patch {
+            tile: Tile {
+                level: -1,
+                row: 0,
+                col: 0,
+            },
+            cells: vec![0.0; PATCH * PATCH * CHANNELS],
+        }
+    }
+
+    fn start(&mut self, tile: Tile) {
+        self.tile = tile;
+        self.cells.fill(0.0);
+    }
+
+    /// Index of the first channel of a cell, if the eight by eight cells from there on are in.
+    #[inline(always)]
+    fn index(&self, [level, row, col]: [i32; 3]) -> Option<usize> {
+        const LAST: u32 = (PATCH - WIDTH) as u32;
+        let row = (row - self.tile.row + MARGIN) as u32;
+        let col = (col - self.tile.col + MARGIN) as u32;
+        (level == self.tile.level && row <= LAST && col <= LAST)
+            .then_some((row as usize * PATCH + col as usize) * CHANNELS)
+    }
+
+    /// Adds the cells to the grids; those outside of them are empty.
+    #[inline(always)]
+    fn add_to(&self, target: &Target, grid: &mut [f32]) {
+        let (rows, cols) = (target.fine.rows as i32, target.fine.cols as i32);
+        let first_col = (self.tile.col - MARGIN).max(0);
+        let end_col = (self.tile.col + TILE + MARGIN).min(cols);
+        let count = (end_col - first_col) as usize * CHANNELS;
+        let skipped = (first_col - (self.tile.col - MARGIN)) as usize * CHANNELS;
+        for (i, cells) in self.cells.chunks_exact(PATCH * CHANNELS).enumerate() {
+            let row = self.tile.row - MARGIN + i as i32;
+            if !(0..rows).contains(&row) {
+                continue;
+            }
+            let first = target.index([self.tile.level, row, first_col]);
+            let sums = &mut grid[first..first + count];
+            let cells = &cells[skipped..skipped + count];
+            for k in 0..count {
+                sums[k] += cells[k];
+            }
+        }
+    }
+}
+
+/// Adds `value` to the 8 x 8 cells from the first one of `grid` on, rows `cols` cells apart.
 /// The sample stands at `at`, in [-1/2, 1/2], from the middle of the cells.
 #[inline(always)]
 fn spread_sample<L: Lanes>(
@@ -119,8 +212,9 @@ fn spread_sample<L: Lanes>(
     at: [f32; 2],
     value: [f32; CHANNELS],
     grid: &mut [f32],
-    stride: usize,
+    cols: usize,
 ) {
+    let stride = cols * CHANNELS;
     let kernel = kernel::<L>(spread, at);
     let mut values = [0.0; LANES];
     for (i, v) in values.iter_mut().enumerate() {
@@ -175,8 +269,10 @@ struct Batch {
     /// Place from the middle of the eight cells [cells].
     at_u: [f32; BATCH],
     at_v: [f32; BATCH],
-    /// First cell.
-    start: [i32; BATCH],
+    /// First cell, from the first ones of the grid.
+    level: [i32; BATCH],
+    row: [i32; BATCH],
+    col: [i32; BATCH],
 }
 
 impl Batch {
@@ -191,7 +287,9 @@ impl Batch {
             w_im: [0.0; BATCH],
             at_u: [0.0; BATCH],
             at_v: [0.0; BATCH],
-            start: [0; BATCH],
+            level: [0; BATCH],
+            row: [0; BATCH],
+            col: [0; BATCH],
         }
     }
 
@@ -246,7 +344,8 @@ impl Batch {
         self.at_u[i] = (u - (col - ROUND)) as f32;
         self.at_v[i] = (v - (row - ROUND)) as f32;
         let (col, row) = (col.to_bits() as i32, row.to_bits() as i32);
-        let row = level * fine.rows as i32 + row - fine.first_row as i32;
-        self.start[i] = row * fine.cols as i32 + col - fine.first_col as i32;
+        self.level[i] = level;
+        self.row[i] = row - fine.first_row as i32;
+        self.col[i] = col - fine.first_col as i32;
     }
 }

@@ -28,7 +28,7 @@ const FINE: [usize; 2] = [5, 4];
 
 /// Sky beyond the facet that level 0 sees, in units of 1/(U/4), the inverse of where its inner
 /// window begins.
-const OUTER_MARGIN: f64 = 4.5;
+const OUTER_MARGIN: f64 = 3.5;
 
 /// Most of the second-order w term that is left out, (2π w ε)²/2.
 const W_TERM_MAX: f64 = 2e-3;
@@ -301,7 +301,7 @@ pub(super) struct Fine {
 /// Major axes beyond which nothing of a source is left to speak of.
 fn tail(profile: Profile) -> f64 {
     match profile {
-        Profile::Exponential => 11.0,
+        Profile::Exponential => 10.0,
         Profile::Gaussian => 5.0,
         Profile::Point => 0.0,
     }

@@ -23,8 +23,8 @@ pub(super) struct Columns {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row {
     /// First pack of the row that is summed, and one past the last.
-    pub(super) first: usize,
-    pub(super) end: usize,
+    pub(super) first: u32,
+    pub(super) end: u32,
     /// cos and sin of 2π v δm.
     pub(super) cos: f32,
     pub(super) sin: f32,
@@ -41,6 +41,18 @@ pub(super) struct Row {
 pub(super) struct Span {
     pub(super) columns: Vec<Columns>,
     pub(super) rows: Vec<Row>,
+}
+
+impl Row {
+    const ZERO: Row = Row {
+        first: 0,
+        end: 0,
+        cos: 0.0,
+        sin: 0.0,
+        rv: 0.0,
+        sv2: 0.0,
+        across: 0.0,
+    };
 }
 
 impl Columns {
@@ -85,30 +97,40 @@ impl Span {
     #[inline(always)]
     fn set_rows(&mut self, plan: &FacetPlan, level: usize, term: &FacetTerm, offset_q: f64) {
         let (cell, half) = (plan.cell(level), plan.columns() as f64 / 2.0);
-        let turns = cell * term.offset.m;
         let per_cell = 1.0 / (term.p * cell).max(f64::MIN_POSITIVE);
-        self.rows.clear();
-        for (row, &edge) in plan.edges(level).iter().enumerate() {
-            let v = cell * row as f64;
-            let sv2 = term.s * v * v;
-            let rest = term.q_max - sv2;
-            if rest < 0.0 {
-                break;
-            }
-            let middle = -term.r * v * per_cell;
+        let edges = plan.edges(level);
+        let [rv, sv2] = [term.r * cell, term.s * cell * cell];
+        // Rows up to where s v² alone exceeds the limit.
+        let last = (term.q_max / sv2.max(f64::MIN_POSITIVE)).sqrt();
+        let count = edges.len().min(last as u32 as usize + 1);
+        self.rows.resize(count, Row::ZERO);
+        for (number, (row, &edge)) in self.rows.iter_mut().zip(edges).enumerate() {
+            let v = f64::from(number as u32);
+            let rest = (term.q_max - sv2 * v * v).max(0.0);
+            let middle = -rv * v * per_cell;
             let reach = rest.sqrt() * per_cell;
-            let low = (middle - reach).clamp(-edge, edge) + half;
-            let high = (middle + reach).clamp(-edge, edge) + half;
-            let [cos, sin] = cos_sin(row as f64 * turns);
-            self.rows.push(Row {
-                first: low as u32 as usize / LANES,
-                end: high as u32 as usize / LANES + 1,
-                cos,
-                sin,
-                rv: (term.r * v) as f32,
-                sv2: (sv2 + offset_q) as f32,
-                across: (term.across * v) as f32,
-            });
+            let low = (middle - reach).max(-edge).min(edge) + half;
+            let high = (middle + reach).max(-edge).min(edge) + half;
+            row.first = low as u32 / LANES as u32;
+            row.end = high as u32 / LANES as u32 + 1;
+            row.rv = (rv * v) as f32;
+            row.sv2 = (sv2 * v * v + offset_q) as f32;
+            row.across = (term.across * cell * v) as f32;
+        }
+        self.set_row_phases(cell * term.offset.m);
+    }
+
+    #[inline(always)]
+    fn set_row_phases(&mut self, turns: f64) {
+        for (i, rows) in self.rows.chunks_mut(LANES).enumerate() {
+            let (mut cos, mut sin) = ([0.0; LANES], [0.0; LANES]);
+            for k in 0..LANES {
+                let row = f64::from((i * LANES + k) as i32);
+                [cos[k], sin[k]] = cos_sin(row * turns);
+            }
+            for (k, row) in rows.iter_mut().enumerate() {
+                (row.cos, row.sin) = (cos[k], sin[k]);
+            }
         }
     }
 }

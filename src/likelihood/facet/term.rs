@@ -7,7 +7,7 @@ use crate::rime::shape::{Profile, QuadraticForm};
 use std::f64::consts::{LN_2, LOG2_E, PI, TAU};
 
 /// Smallest F that is summed.
-const FACTOR_MIN: f64 = 1e-6;
+const FACTOR_MIN: f64 = 1e-5;
 
 /// The centre of a facet on the sky.
 #[derive(Debug, Clone, Copy, PartialEq)]
