@@ -7,6 +7,7 @@
 
 mod block;
 mod exact;
+pub mod facet;
 pub mod kernel;
 mod plain;
 #[cfg(test)]

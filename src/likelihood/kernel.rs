@@ -15,7 +15,7 @@ mod avx2;
 mod avx512;
 mod isa;
 mod model;
-mod numbers;
+pub(in crate::likelihood) mod numbers;
 mod portable;
 mod slow;
 mod term;

@@ -6,19 +6,19 @@
 /// 1.5 x 2^20. An f64 of this size has an ulp of 2^-32, so that after adding a phase in turns the
 /// low 32 bits of the sum are the phase modulo one turn, in fixed point and already rounded.
 /// Signed, they lie in [-1/2, 1/2) turn. Valid for phases up to [`TURNS_MAX`].
-pub(super) const PHASE_MAGIC: f64 = 1_572_864.0;
+pub(in crate::likelihood) const PHASE_MAGIC: f64 = 1_572_864.0;
 
 /// Largest phase [turn] that the fixed-point form holds, with room for the offset of the datum.
-pub(super) const TURNS_MAX: f64 = 524_286.0;
+pub(in crate::likelihood) const TURNS_MAX: f64 = 524_286.0;
 
 /// Fixed point to turns: 2^-32.
-pub(super) const TURNS_PER_UNIT: f32 = 1.0 / 4_294_967_296.0;
+pub(in crate::likelihood) const TURNS_PER_UNIT: f32 = 1.0 / 4_294_967_296.0;
 
 /// sqrt(2) sin(πx) = x (c0 + c1 x² + ...) on |x| <= 1/2, to 5e-8. Its square is 1 - cos(2πx).
 ///
 /// c3 is 3.3e-6 above the fit: as fitted, the mean of cos(2πx) over a turn was 9e-9 instead of 0,
 /// and while noise adds up sqrt(N) times, a bias adds up N times.
-pub(super) const SQRT2_SIN_PI: [f32; 5] = [
+pub(in crate::likelihood) const SQRT2_SIN_PI: [f32; 5] = [
     4.442_883,
     -7.308_249,
     3.606_387_4,
@@ -27,7 +27,7 @@ pub(super) const SQRT2_SIN_PI: [f32; 5] = [
 ];
 
 /// sqrt(2) cos(πx) = c0 + c1 x² + ... on |x| <= 1/2, to 5e-8.
-pub(super) const SQRT2_COS_PI: [f32; 6] = [
+pub(in crate::likelihood) const SQRT2_COS_PI: [f32; 6] = [
     std::f32::consts::SQRT_2,
     -6.978_859_4,
     5.739_727_5,
@@ -37,7 +37,7 @@ pub(super) const SQRT2_COS_PI: [f32; 6] = [
 ];
 
 /// 2^x = c0 + c1 x + ... on |x| <= 1/2, to 2e-8 relative.
-pub(super) const EXP2: [f32; 7] = [
+pub(in crate::likelihood) const EXP2: [f32; 7] = [
     1.0,
     std::f32::consts::LN_2,
     0.240_226_47,
@@ -49,7 +49,7 @@ pub(super) const EXP2: [f32; 7] = [
 
 /// Largest -log2 F of a Gaussian that the kernels tell from zero: keeps products out of the
 /// subnormal numbers, which are slow.
-pub(super) const GAUSSIAN_EXPONENT_MAX: f32 = 60.0;
+pub(in crate::likelihood) const GAUSSIAN_EXPONENT_MAX: f32 = 60.0;
 
 /// atan(x)/2π = x (c0 + c1 x² + ...) on [0, 1], to 6e-9.
 const ATAN_TURNS: [f32; 9] = [
@@ -66,7 +66,7 @@ const ATAN_TURNS: [f32; 9] = [
 
 /// c0 + c1 x + ... by Horner's rule, single precision.
 #[inline(always)]
-pub(super) fn horner<const N: usize>(coefficients: &[f32; N], x: f32) -> f32 {
+pub(in crate::likelihood) fn horner<const N: usize>(coefficients: &[f32; N], x: f32) -> f32 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 

@@ -1,0 +1,108 @@
+//! X and Y of sources in a small patch of sky from a few regular grids instead of all samples.
+//!
+//! ```text
+//! samples -> rotated to the facet's centre -> spread on fine grids, one pass for many facets
+//!         -> image plane: divided by the kernel's transform, cut to the patch -> a pyramid of grids
+//! source  -> window by window, Σ over cells of g F exp(-2πi (u δl + v δm)) -> X, Y
+//! ```
+//!
+//! The phase is a product of one factor a column and one a row; half of the plane is enough, the
+//! other half being its mirror image.
+
+mod builder;
+mod cells;
+mod evaluate;
+mod fill;
+mod lanes;
+mod plan;
+mod resample;
+mod sorted;
+mod span;
+mod spread;
+mod term;
+mod turns;
+
+pub use builder::{FacetBuilder, FacetWeights};
+pub use plan::{FacetError, FacetNeeds, FacetPlan, Reach};
+
+use super::{Isa, Xy};
+use crate::coords::Lm;
+use crate::prior::Region;
+use crate::rime::Source;
+use cells::Pack;
+use evaluate::{GROUP, Job, Level, accumulate};
+use span::Span;
+use std::sync::Arc;
+use term::{Centre, FacetTerm};
+
+/// The samples as a patch of sky sees them.
+#[derive(Debug)]
+pub struct Facet {
+    isa: Isa,
+    centre: Centre,
+    plan: Arc<FacetPlan>,
+    levels: Vec<Vec<Pack>>,
+    weights: Arc<FacetWeights>,
+}
+
+impl Facet {
+    /// The region that it serves.
+    pub fn region(&self) -> Region {
+        Region::square(self.centre.lm, self.plan.needs.side_rad)
+    }
+
+    /// The centre.
+    pub fn centre(&self) -> Lm {
+        self.centre.lm
+    }
+
+    /// The grids of weights, for facets over the same samples.
+    pub fn weights(&self) -> Arc<FacetWeights> {
+        self.weights.clone()
+    }
+
+    /// X and Y of each of `sources` at unit flux density, on one core.
+    ///
+    /// A source's sums do not depend on the others. The region's upper edges are served too.
+    pub fn xy_batch(&self, sources: &[Source]) -> Vec<Xy> {
+        sources
+            .chunks(GROUP)
+            .flat_map(|sources| self.xy_group(sources))
+            .collect()
+    }
+
+    /// Cells that a likelihood call for `source` sums over.
+    pub fn cells_of(&self, source: &Source) -> usize {
+        let term = FacetTerm::new(&self.plan, &self.centre, source);
+        let mut span = Span::default();
+        (0..=self.plan.innermost(term.major_rad))
+            .map(|level| {
+                span.set(&self.plan, level, &term, 0.0);
+                let packs = span.rows.iter().map(|row| row.end - row.first);
+                packs.sum::<u32>() as usize * cells::LANES
+            })
+            .sum()
+    }
+
+    fn xy_group(&self, sources: &[Source]) -> Vec<Xy> {
+        let job = |source| {
+            let term = FacetTerm::new(&self.plan, &self.centre, source);
+            Job::new(term, self.plan.innermost(term.major_rad))
+        };
+        let mut jobs: Vec<_> = sources.iter().map(job).collect();
+        let last = jobs.iter().map(|job| job.last).max().unwrap_or(0);
+        for number in 0..=last {
+            let level = Level {
+                plan: &self.plan,
+                number,
+                packs: &self.levels[number],
+                common: &self.weights.levels[number],
+            };
+            accumulate(self.isa, level, &mut jobs);
+        }
+        jobs.iter().map(|job| job.sum).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;
