@@ -108,7 +108,7 @@ struct Flags {
     /// Modes closer than this are one source [default: their own uncertainty, at least 0.4arcsec]
     #[arg(long, value_name = "ANGLE")]
     merge_radius: Option<Angle>,
-    /// Likelihood engine [default: exact]
+    /// Likelihood engine [default: auto]
     #[arg(long, value_enum)]
     engine: Option<Engine>,
     /// Sampler [default: multinest]

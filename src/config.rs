@@ -92,7 +92,7 @@ impl Default for Config {
             snr_cut: 6.0,
             flux_cut: None,
             merge_radius: None,
-            engine: Engine::Exact,
+            engine: Engine::Auto,
             sampler: SamplerKind::Multinest,
             n_live: None,
             efficiency: 0.8,
@@ -113,9 +113,13 @@ impl Default for Config {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Engine {
-    /// Every visibility for every point.
+    /// Facets where they pay, every visibility otherwise.
     #[default]
+    Auto,
+    /// Every visibility for every point.
     Exact,
+    /// Facets: the visibilities as a small patch of sky sees them, on a few grids.
+    Facet,
 }
 
 /// Sampler.

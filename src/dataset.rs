@@ -10,11 +10,13 @@ mod open;
 mod overview;
 mod resident;
 mod stream;
+mod views;
 
 pub use evaluate::Request;
 pub use noise::{DifferenceMethod, NoiseReport, NoiseUsed};
 pub use open::OpenOptions;
 pub use overview::Overview;
+pub use views::{EngineOptions, View, ViewRequest};
 
 use vis2cat_formats::{Field, Observation};
 
@@ -80,6 +82,9 @@ pub struct Dataset {
     store: Store,
     removed: Vec<Source>,
     n_eval: u64,
+    engine: EngineOptions,
+    memory_bytes: f64,
+    sizes: Vec<views::FacetSize>,
 }
 
 enum Store {

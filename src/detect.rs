@@ -9,6 +9,7 @@
 //!    that are only a part of a close neighbour; the tiles are screened again without them.
 
 mod accept;
+mod certify;
 mod explore;
 mod mean_shift;
 mod mode;

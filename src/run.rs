@@ -8,7 +8,7 @@ use vis2cat_formats::{ReadError, WriteError};
 
 use crate::catalogue::CataloguePaths;
 use crate::config::{Config, ConfigError, SamplerKind, Tiling};
-use crate::dataset::{Dataset, DatasetError, NoiseUsed, OpenOptions};
+use crate::dataset::{Dataset, DatasetError, EngineOptions, NoiseUsed, OpenOptions};
 use crate::detect::{
     Cuts, DetectError, Observer, SamplerSettings, Settings, detect, field_of_view, side_for_basin,
     tiles,
@@ -138,6 +138,11 @@ fn open(
         memory_bytes: config.memory.0,
         profile: config.prior.profile,
         typical_scale_rad: prior.scale.from_unit(0.5, prior.flux.low_jy),
+        engine: EngineOptions {
+            engine: config.engine,
+            farthest: config.fov.0 * std::f64::consts::FRAC_1_SQRT_2,
+            longest_axis_rad: prior.scale.high_rad / (1.0 - config.prior.e_max),
+        },
     };
     let mut n_row_known = 0;
     let mut progress = |done, n_row| {

@@ -8,7 +8,7 @@ use super::ingest::{FieldChoice, Ingest, Sample, Tally, WeightRule};
 use super::noise::NoiseTally;
 use super::resident::{RESIDENT_BYTES, Resident};
 use super::stream::Stream;
-use super::{DataInfo, Dataset, DatasetError, Store};
+use super::{DataInfo, Dataset, DatasetError, EngineOptions, Store};
 use crate::config::NoiseSource;
 use crate::likelihood::VisBlock;
 use crate::rime::shape::Profile;
@@ -26,6 +26,8 @@ pub struct OpenOptions {
     pub profile: Profile,
     /// Typical scale-length of those [rad]: the resolution that matters is what it leaves.
     pub typical_scale_rad: f64,
+    /// How the likelihood of many points in a region is computed.
+    pub engine: EngineOptions,
 }
 
 impl Dataset {
@@ -90,6 +92,9 @@ impl Dataset {
             store,
             removed: Vec::new(),
             n_eval: 0,
+            engine: options.engine,
+            memory_bytes: options.memory_bytes,
+            sizes: Vec::new(),
         })
     }
 }

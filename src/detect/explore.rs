@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use super::mode::ModeSample;
 use super::{DetectError, Observer};
-use crate::dataset::{Dataset, Request};
+use crate::dataset::{Dataset, View, ViewRequest};
+use crate::likelihood::Xy;
 use crate::prior::{N_DIM, Region, SourcePrior, Window};
 use crate::rime::Source;
 use crate::sampler::{NestedRun, Sampler, SamplerError};
@@ -42,6 +43,8 @@ pub(super) struct Target {
     pub(super) window: Window,
     /// The removed sources that are put back for it.
     pub(super) restored: Vec<Source>,
+    /// Must it be all visibilities?
+    pub(super) is_exact: bool,
     /// Its sampler.
     pub(super) sampler: SamplerSettings,
 }
@@ -60,6 +63,7 @@ pub(super) struct Explored {
 struct Active {
     index: usize,
     target: Target,
+    view: View,
     sampler: Box<dyn Sampler>,
     is_unfinished: bool,
 }
@@ -77,14 +81,11 @@ pub(super) fn explore(
     let mut active: Vec<Active> = Vec::new();
     let (n_eval_before, mut n_done) = (dataset.n_eval(), 0);
     loop {
-        for (index, target) in queue.by_ref().take(IN_FLIGHT - active.len()) {
-            let sampler = factory(target.sampler).map_err(|e| in_region(&target.region, e))?;
-            active.push(Active {
-                index,
-                target,
-                sampler,
-                is_unfinished: false,
-            });
+        // Where a view takes a pass over the data, they are made many at a time.
+        if active.is_empty() || !dataset.views_take_a_pass() {
+            let room = IN_FLIGHT - active.len();
+            let next: Vec<_> = queue.by_ref().take(room).collect();
+            active.extend(start(dataset, factory, next)?);
         }
         if active.is_empty() {
             return Ok(());
@@ -110,6 +111,32 @@ pub(super) fn explore(
         }
         observer.advance(n_done, dataset.n_eval() - n_eval_before);
     }
+}
+
+/// Makes the views and the samplers of targets.
+fn start(
+    dataset: &mut Dataset,
+    factory: &SamplerFactory<'_>,
+    targets: Vec<(usize, Target)>,
+) -> Result<Vec<Active>, DetectError> {
+    let request = |(_, target): &(usize, Target)| ViewRequest {
+        region: target.region,
+        restored: target.restored.clone(),
+        is_exact: target.is_exact,
+    };
+    let requests: Vec<_> = targets.iter().map(request).collect();
+    let views = dataset.views(&requests)?;
+    let active = |((index, target), view): ((usize, Target), View)| {
+        let sampler = factory(target.sampler).map_err(|e| in_region(&target.region, e))?;
+        Ok(Active {
+            index,
+            target,
+            view,
+            sampler,
+            is_unfinished: false,
+        })
+    };
+    targets.into_iter().zip(views).map(active).collect()
 }
 
 /// The points that each region wants evaluated; none = finished.
@@ -167,42 +194,23 @@ fn tell_all(active: &mut [Active], log_l: &[Vec<f64>]) -> Result<(), DetectError
         })
 }
 
-/// ln L of every point. Regions that see the same data share one request.
+/// ln L of every point.
 fn evaluate(
     dataset: &mut Dataset,
     active: &[Active],
     points: &[Vec<Source>],
 ) -> Result<Vec<Vec<f64>>, DetectError> {
-    let mut requests: Vec<Request> = Vec::new();
-    let mut place = Vec::with_capacity(active.len());
-    for (a, points) in active.iter().zip(points) {
-        let restored = &a.target.restored;
-        let r = requests
-            .iter()
-            .position(|r| &r.restored == restored)
-            .unwrap_or_else(|| {
-                requests.push(Request {
-                    points: Vec::new(),
-                    restored: restored.clone(),
-                });
-                requests.len() - 1
-            });
-        place.push((r, requests[r].points.len()));
-        requests[r].points.extend_from_slice(points);
-    }
-    let xy = dataset.evaluate(&requests)?;
-    Ok(points
+    let jobs: Vec<(&View, &[Source])> = active
         .iter()
-        .zip(place)
-        .map(|(points, (r, first))| {
-            let xy = &xy[r][first..first + points.len()];
-            points
-                .iter()
-                .zip(xy)
-                .map(|(p, xy)| xy.log_l(p.flux_jy))
-                .collect()
-        })
-        .collect())
+        .zip(points)
+        .map(|(a, points)| (&a.view, points.as_slice()))
+        .collect();
+    let xy = dataset.evaluate_views(&jobs)?;
+    let log_l = |(points, xy): (&Vec<Source>, &Vec<Xy>)| {
+        let pairs = points.iter().zip(xy);
+        pairs.map(|(p, xy)| xy.log_l(p.flux_jy)).collect()
+    };
+    Ok(points.iter().zip(&xy).map(log_l).collect())
 }
 
 fn in_region(region: &Region, source: SamplerError) -> DetectError {

@@ -1,11 +1,12 @@
 //! The whole of detection, readable aloud.
 
 use super::accept::{Cuts, accept};
+use super::certify::{Certificate, certify};
 use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore};
 use super::queue::Queue;
 use super::refine::{Found, Refinement};
 use super::{DetectError, Mode, Observer, Status, Tile};
-use crate::dataset::{Dataset, Request};
+use crate::dataset::Dataset;
 use crate::prior::{Region, SourcePrior, Window};
 
 /// Rounds of screening, search and subtraction, before we let it be.
@@ -66,6 +67,8 @@ pub struct Detected {
     pub mode: usize,
     /// Posterior mean of S sqrt(Y).
     pub snr: f64,
+    /// Largest |ln L by all visibilities - ln L by the engine that drew the samples|.
+    pub max_dlog_l: f64,
 }
 
 /// Finds the sources in the data, which are left with all of them removed.
@@ -123,7 +126,20 @@ pub fn detect(
             again.for_each(|tile| queue.put_back(tile));
         }
     }
-    detection.sources = with_snr(dataset, sources)?;
+    let mut certificates = certify(dataset, &mut sources)?;
+    let failed: Vec<usize> = (0..sources.len())
+        .filter(|&i| !certificates[i].is_valid)
+        .collect();
+    if !failed.is_empty() && dataset.views_take_a_pass() {
+        tracing::info!(
+            "{} sources are sampled again by all visibilities",
+            failed.len()
+        );
+        let refinement = refinement(settings, MOST_ROUNDS);
+        refinement.finish_exactly(dataset, &mut sources, &failed, observer)?;
+        certificates = certify(dataset, &mut sources)?;
+    }
+    detection.sources = detected(sources, &certificates);
     detection.n_eval = dataset.n_eval();
     Ok(detection)
 }
@@ -176,6 +192,7 @@ fn search_tiles(
         region: tile.region,
         window: Window::compact(),
         restored: Vec::new(),
+        is_exact: false,
         sampler: SamplerSettings {
             n_live: settings.n_live,
             search: true,
@@ -232,50 +249,23 @@ fn refinement<'a>(settings: &'a Settings, round: usize) -> Refinement<'a> {
     }
 }
 
-/// Evaluates every posterior sample once more for its signal-to-noise ratio; brightest first.
-fn with_snr(dataset: &mut Dataset, sources: Vec<Found>) -> Result<Vec<Detected>, DetectError> {
-    let requests: Vec<Request> = sources
-        .iter()
-        .map(|Found { mode, .. }| Request {
-            points: mode
-                .samples
-                .iter()
-                .map(|s| s.source)
-                .chain([mode.best])
-                .collect(),
-            restored: vec![mode.mean],
+/// The sources as they go into the catalogue, brightest first.
+fn detected(sources: Vec<Found>, certificates: &[Certificate]) -> Vec<Detected> {
+    let mut detected: Vec<Detected> = sources
+        .into_iter()
+        .zip(certificates)
+        .map(|(found, certificate)| Detected {
+            posterior: found.mode,
+            mode: found.origin,
+            snr: certificate.snr,
+            max_dlog_l: certificate.max_dlog_l,
         })
         .collect();
-    let xy = dataset.evaluate(&requests)?;
-    let mut sources: Vec<Detected> = sources
-        .into_iter()
-        .zip(&xy)
-        .map(
-            |(
-                Found {
-                    origin,
-                    mode: mut posterior,
-                },
-                xy,
-            )| {
-                posterior.best_xy = *xy.last().unwrap_or(&posterior.best_xy);
-                let snr = posterior.samples.iter().zip(xy);
-                let snr = snr.map(|(s, xy)| s.weight * xy.snr(s.source.flux_jy)).sum();
-                Detected {
-                    posterior,
-                    mode: origin,
-                    snr,
-                }
-            },
-        )
-        .collect();
-    sources.sort_by(|a, b| {
-        b.posterior
-            .mean
-            .flux_jy
-            .total_cmp(&a.posterior.mean.flux_jy)
+    detected.sort_by(|a, b| {
+        let flux_jy = |d: &Detected| d.posterior.mean.flux_jy;
+        flux_jy(b).total_cmp(&flux_jy(a))
     });
-    Ok(sources)
+    detected
 }
 
 fn log_sum_exp(values: impl Iterator<Item = f64> + Clone) -> f64 {

@@ -83,6 +83,7 @@ impl Refinement<'_> {
             region,
             window: Window::FULL,
             restored: vec![old.mean],
+            is_exact: false,
             sampler: SamplerSettings {
                 n_live: self.n_live_draft,
                 search: false,

@@ -32,13 +32,15 @@ enum Depth {
     Draft,
     /// For the catalogue.
     Full,
+    /// The same by all visibilities.
+    Exact,
 }
 
 impl Depth {
     fn window(self) -> Window {
         match self {
             Self::Draft => Window::compact(),
-            Self::Full => Window::FULL,
+            Self::Full | Self::Exact => Window::FULL,
         }
     }
 }
@@ -99,6 +101,18 @@ impl Refinement<'_> {
         self.round(dataset, sources, &all, Depth::Full, seed, observer)
     }
 
+    /// The same for the sources `which`, by all visibilities.
+    pub(super) fn finish_exactly(
+        &self,
+        dataset: &mut Dataset,
+        sources: &mut [Found],
+        which: &[usize],
+        observer: &mut dyn Observer,
+    ) -> Result<(), DetectError> {
+        let seed = stream_seed(self.seed, [5, 0, 0]);
+        self.round(dataset, sources, which, Depth::Exact, seed, observer)
+    }
+
     /// One pass over the sources `which`: near ones come one after the other, so that each sees
     /// the latest of its neighbours.
     fn round(
@@ -117,14 +131,14 @@ impl Refinement<'_> {
                 region: self.region(&sources[i].mode),
                 window: depth.window(),
                 restored: vec![sources[i].mode.mean],
+                is_exact: depth == Depth::Exact,
                 sampler: SamplerSettings {
-                    n_live: if depth == Depth::Full {
-                        self.n_live
-                    } else {
-                        self.n_live_draft
+                    n_live: match depth {
+                        Depth::Draft => self.n_live_draft,
+                        Depth::Full | Depth::Exact => self.n_live,
                     },
                     search: false,
-                    n_restart: u32::from(depth == Depth::Full),
+                    n_restart: u32::from(depth != Depth::Draft),
                     seed: stream_seed(seed, [i as u64, 0, 0]),
                 },
             };

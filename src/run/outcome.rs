@@ -112,7 +112,7 @@ impl Outcome {
                 err: mode.log_z_err,
             },
             p_source: probability(mode.log_z, n_source),
-            max_dlog_l: f64::NAN,
+            max_dlog_l: detected.max_dlog_l,
             post_row: self.posterior.len() as i64,
             post_n: rows.len() as i64,
         });

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use vis2cat::catalogue::{CatalogueSource, read_sources};
-use vis2cat::config::{Config, NoiseSource};
+use vis2cat::config::{Config, Engine, NoiseSource};
 use vis2cat::coords::{Lm, RaDec};
-use vis2cat::dataset::{Dataset, OpenOptions, Request};
+use vis2cat::dataset::{Dataset, EngineOptions, OpenOptions, Request};
 use vis2cat::detect::{
     Cuts, Detection, NoObserver, SamplerSettings, Settings, detect, field_of_view, tiles,
 };
@@ -330,6 +330,11 @@ fn open(path: &Path, memory_bytes: f64) -> Dataset {
         memory_bytes,
         profile: Profile::Exponential,
         typical_scale_rad: ARCSEC,
+        engine: EngineOptions {
+            engine: Engine::Exact,
+            farthest: 0.0,
+            longest_axis_rad: 0.0,
+        },
     };
     Dataset::open(path, &options, &mut |_, _| {}).unwrap()
 }

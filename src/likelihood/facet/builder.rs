@@ -8,9 +8,12 @@ use super::resample::HalfPlane;
 use super::sorted::{CHUNK, Queue, Sorted};
 use super::term::Centre;
 use crate::coords::Lm;
-use crate::likelihood::{Isa, VisBlock};
+use crate::likelihood::{Isa, VisBlock, subtract};
+use crate::rime::Source;
+use crate::rime::shape::Profile;
 use num_complex::Complex;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// The grids of weights, which all facets over the same samples share.
@@ -39,6 +42,8 @@ struct Grid {
     centre: Centre,
     target: Target,
     cells: Vec<f32>,
+    /// Sources that are added to the data, with their flux density negated.
+    restored: Vec<(Source, Profile)>,
 }
 
 impl Grid {
@@ -48,7 +53,19 @@ impl Grid {
             centre,
             target: Target::new(plan, &centre),
             cells: vec![0.0; plan.build_bytes() / size_of::<f32>()],
+            restored: Vec::new(),
         }
+    }
+}
+
+impl Grid {
+    /// The samples with the sources that this facet puts back.
+    fn look_at<'a>(&self, block: &'a VisBlock) -> Cow<'a, VisBlock> {
+        let mut block = Cow::Borrowed(block);
+        if !self.restored.is_empty() {
+            subtract(block.to_mut(), &self.restored);
+        }
+        block
     }
 }
 
@@ -76,6 +93,24 @@ impl FacetBuilder {
             known_weights: Some(weights),
             ..FacetBuilder::new(plan, centres)
         }
+    }
+
+    /// The same with sources added to the data of each facet, which were taken out of all.
+    ///
+    /// # Panics
+    /// If there are not as many lists as facets.
+    #[must_use]
+    pub fn restoring(mut self, restored: Vec<Vec<Source>>) -> FacetBuilder {
+        assert_eq!(restored.len(), self.grids.len(), "one list a facet");
+        for (grid, sources) in self.grids.iter_mut().zip(restored) {
+            let negated = sources.into_iter().map(|source| Source {
+                flux_jy: -source.flux_jy,
+                ..source
+            });
+            let profile = self.plan.needs.profile;
+            grid.restored = negated.map(|source| (source, profile)).collect();
+        }
+        self
     }
 
     /// Adds the next blocks of the stream, on the current rayon pool.
@@ -116,7 +151,7 @@ impl FacetBuilder {
         let weights = self.weights.par_iter_mut().map(|grid| (grid, true));
         data.chain(weights).for_each(|(grid, is_weights)| {
             for chunk in &chunks {
-                let block = &chunk.block;
+                let block = grid.look_at(&chunk.block);
                 let data = if is_weights {
                     [&block.weight[..], &zeros[..block.len()]]
                 } else {
