@@ -196,7 +196,7 @@ fn main() {
         })
         .unwrap(),
     );
-    println!("{}", plan.describe());
+    println!("{plan}");
 
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
