@@ -64,6 +64,17 @@ impl Facet {
     /// X and Y of each of `sources` at unit flux density, on one core.
     ///
     /// A source's sums do not depend on the others. The region's upper edges are served too.
+    ///
+    /// # Precision
+    /// Against the exact engine over the whole prior, beside sources of SNR 140 inside and outside,
+    /// on SKA1-MID: X within 2e-4 sqrt(Y) at the phase centre; 0.5 degrees from it, where w moves
+    /// (u, v) by more than a first order holds, within 2e-3 sqrt(Y), 6e-3 for the longest disks;
+    /// Y within 2e-6. So ln L is within 1e-4 SNR²/2 + 0.01 except for faint models of long disks,
+    /// far out, beside a bright source: 4 times that at worst.
+    ///
+    /// # Not valid when
+    /// The source lies outside of the region, or its major axis is longer than the plan's: then the
+    /// sums are those of a sky that repeats itself.
     pub fn xy_batch(&self, sources: &[Source]) -> Vec<Xy> {
         sources
             .chunks(GROUP)

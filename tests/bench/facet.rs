@@ -37,7 +37,7 @@ const CENTRE: Lm = Lm { l: 0.0, m: 0.0 };
 /// Noise on the baselines of SKA1-MID, `n_time` samples over eight hours, one block each; sigma
 /// such that the sensitivity is that of 480 samples.
 fn observation(n_time: usize) -> Vec<VisBlock> {
-    let array = Array::find("ska1-mid").unwrap();
+    let array = Array::find("ska1-mid").expect("built in");
     let baselines = array.baselines();
     let sigma = 1.85e-3 * (n_time as f64 / 480.0).sqrt();
     let per_m = 1.4e9 / SPEED_OF_LIGHT;
@@ -171,6 +171,62 @@ const CLASSES: [(&str, [f64; 2], [f64; 2]); 9] = [
     ("4-10\" e 0.6-0.8", [4.0, 10.0], [0.6, 0.8]),
 ];
 
+fn build(plan: &Arc<FacetPlan>, centres: &[Lm], blocks: &[VisBlock]) -> Vec<Facet> {
+    let mut builder = FacetBuilder::new(plan.clone(), centres);
+    for blocks in blocks.chunks(16) {
+        builder.add(blocks);
+    }
+    builder.finish()
+}
+
+/// Prints what a facet more costs, and what all have in common: sorting and weights.
+fn building(plan: &Arc<FacetPlan>, blocks: &[VisBlock]) {
+    let samples: usize = blocks.iter().map(VisBlock::len).sum();
+    let seconds = |facets: usize, blocks: &[VisBlock]| {
+        let start = Instant::now();
+        black_box(build(plan, &vec![CORNER; facets], blocks));
+        start.elapsed().as_secs_f64()
+    };
+    let finish = (seconds(8, &[]) - seconds(0, &[])) / 8.0;
+    let (none, many) = (seconds(0, blocks), seconds(8, blocks));
+    println!(
+        "building, one core: {:.2} ns per visibility for each facet, {:.2} ns for all together; {:.0} ms more to finish a facet",
+        1e9 * ((many - none) / 8.0 - finish) / samples as f64,
+        1e9 * (none - finish) / samples as f64,
+        1e3 * finish
+    );
+}
+
+/// Cost of the exact engine [ns per visibility and source].
+fn exact_ns(blocks: &[VisBlock]) -> f64 {
+    let region = Region::square(CENTRE, 20.0 * ARCSEC);
+    let sources = sources(&region, 256, [1.0, 2.0], [0.0, 0.3]);
+    let blocks = &blocks[..blocks.len().min(4)];
+    let samples: usize = blocks.iter().map(VisBlock::len).sum();
+    let start = Instant::now();
+    black_box(xy_batch(blocks, &sources, Profile::Exponential));
+    1e9 * start.elapsed().as_secs_f64() / (samples * sources.len()) as f64
+}
+
+/// Prints the cost of a likelihood call for `sources`, on one core, and how many times that of the
+/// exact engine is.
+fn evaluation(facet: &Facet, what: &str, sources: &[Source], exact_us: f64) {
+    let run = |_| {
+        let start = Instant::now();
+        black_box(facet.xy_batch(black_box(sources)));
+        start.elapsed().as_secs_f64()
+    };
+    let best = (0..10).map(run).fold(f64::INFINITY, f64::min);
+    let cells: usize = sources.iter().map(|s| facet.cells_of(s)).sum();
+    let us = 1e6 * best / sources.len() as f64;
+    println!(
+        "{what:<24} {us:>7.2} {:>8} {:>8.3} {:>12.0}",
+        cells / sources.len(),
+        1e9 * best / cells as f64,
+        exact_us / us
+    );
+}
+
 fn main() {
     let numbers: Vec<f64> = std::env::args().filter_map(|a| a.parse().ok()).collect();
     let n_time = numbers.first().map_or(480, |&n| n as usize);
@@ -186,45 +242,23 @@ fn main() {
         .unwrap_or_default();
     let samples: usize = blocks.iter().map(VisBlock::len).sum();
     println!("{samples} samples, {reach:?}");
-    let plan = Arc::new(
-        FacetPlan::new(FacetNeeds {
-            side_rad: side,
-            farthest: CORNER.l.hypot(CORNER.m),
-            reach,
-            longest_axis_rad: 10.0 / 0.196 * ARCSEC,
-            profile: Profile::Exponential,
-        })
-        .unwrap(),
-    );
-    println!("{}", plan.describe());
-
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .build()
-        .unwrap();
-    let facets = pool.install(|| {
-        let start = Instant::now();
-        let mut builder = FacetBuilder::new(plan.clone(), &centres);
-        for blocks in blocks.chunks(16) {
-            builder.add(blocks);
-        }
-        let filled = start.elapsed().as_secs_f64();
-        let facets = builder.finish();
-        let finished = start.elapsed().as_secs_f64();
-        println!(
-            "fill {:.2} ns per visibility and facet (4, one holding weights), finish {:.1} ms a facet",
-            1e9 * filled / (samples * 4) as f64,
-            1e3 * (finished - filled) / 4.0
-        );
-        facets
+    let plan = FacetPlan::new(FacetNeeds {
+        side_rad: side,
+        farthest: CORNER.l.hypot(CORNER.m),
+        reach,
+        longest_axis_rad: 10.0 / 0.196 * ARCSEC,
+        profile: Profile::Exponential,
     });
-    let start = Instant::now();
-    let some = sources(&regions[0], 64, [1.0, 2.0], [0.0, 0.3]);
-    pool.install(|| black_box(xy_batch(&blocks[..8], &some, Profile::Exponential)));
-    println!(
-        "exact engine: {:.3} ns per visibility and source",
-        1e9 * start.elapsed().as_secs_f64() / (8 * blocks[0].len() * some.len()) as f64
-    );
+    let plan = Arc::new(plan.expect("a facet of this size"));
+    println!("{plan}");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let pool = pool.expect("one thread");
+    pool.install(|| building(&plan, &blocks));
+    let facets = build(&plan, &centres, &blocks);
+    let ns = pool.install(|| exact_ns(&blocks));
+    println!("exact engine: {ns:.3} ns per visibility and source, one core");
+    let exact_us = 1e-3 * ns * samples as f64;
+
     println!("shapes                   rms X/sY     max X     max Y    SNR 8  SNR 200");
     for (name, region, facet) in [
         ("centre", &regions[0], &facets[0]),
@@ -236,21 +270,13 @@ fn main() {
             accuracy(&blocks, facet, what, &sources(region, 200, scale, e));
         }
     }
+    println!("shapes                   us/call    cells  ns/cell  exact/facet");
     for (what, scale, e) in CLASSES {
-        let sources = sources(&regions[2], 500, scale, e);
-        let best = (0..10)
-            .map(|_| {
-                let start = Instant::now();
-                black_box(facets[2].xy_batch(black_box(&sources)));
-                start.elapsed().as_secs_f64()
-            })
-            .fold(f64::INFINITY, f64::min);
-        let cells: usize = sources.iter().map(|s| facets[2].cells_of(s)).sum();
-        println!(
-            "{what:<24} {:>7.2} us a call, {:>7} cells, {:.3} ns a cell",
-            1e6 * best / sources.len() as f64,
-            cells / sources.len(),
-            1e9 * best / cells as f64
+        evaluation(
+            &facets[2],
+            what,
+            &sources(&regions[2], 500, scale, e),
+            exact_us,
         );
     }
 }

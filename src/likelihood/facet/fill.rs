@@ -223,17 +223,17 @@ fn spread_sample<L: Lanes>(
     let values = L::load(&values, 0);
     // Four cells of four channels are sixteen numbers; eight cells are two such groups.
     let mut along_u = [[values; 2]; 2];
-    for half in 0..2 {
-        for part in 0..L::PARTS {
-            along_u[half][part] = L::repeat(&kernel, half * L::PARTS + part).mul(values);
+    for (half, group) in along_u.iter_mut().enumerate() {
+        for (part, vector) in group[..L::PARTS].iter_mut().enumerate() {
+            *vector = L::repeat(&kernel, half * L::PARTS + part).mul(values);
         }
     }
     for row in 0..WIDTH {
         let factor = L::splat(kernel[WIDTH + row]);
         let (cells, _) = grid[row * stride..][..WIDTH * CHANNELS].as_chunks_mut::<LANES>();
         for (cells, along_u) in cells.iter_mut().zip(&along_u) {
-            for part in 0..L::PARTS {
-                let sum = factor.mul_add(along_u[part], L::load(cells, part));
+            for (part, &vector) in along_u[..L::PARTS].iter().enumerate() {
+                let sum = factor.mul_add(vector, L::load(cells, part));
                 sum.store(cells, part);
             }
         }

@@ -19,6 +19,7 @@ use super::spread::{Spread, WIDTH};
 use crate::likelihood::VisBlock;
 use crate::rime::shape::Profile;
 use std::f64::consts::PI;
+use std::fmt;
 
 /// Cells beyond the longest baseline that are kept: interpolation reaches as far.
 const GUARD: usize = 10;
@@ -33,8 +34,8 @@ const OUTER_MARGIN: f64 = 3.5;
 /// Most of the second-order w term that is left out, (2π w ε)²/2.
 const W_TERM_MAX: f64 = 2e-3;
 
-/// Longest grid along an axis: more is a mistake rather than a facet.
-const CELLS_MAX: usize = 4096;
+/// Most cells from the middle to the edge: more is a mistake rather than a facet.
+const RADIUS_MAX: usize = 2000;
 
 /// How far the samples reach.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -97,12 +98,14 @@ pub enum FacetError {
         largest_rad: f64,
     },
     /// The grid would be too large.
-    #[error("a facet of {side_rad:e} rad would need {cells} cells a side, {CELLS_MAX} are allowed")]
+    #[error(
+        "a facet of {side_rad:e} rad would need {radius} cells to the edge, {RADIUS_MAX} are allowed"
+    )]
     TooLarge {
         /// Side asked for [rad].
         side_rad: f64,
-        /// Cells a side.
-        cells: usize,
+        /// Cells from the middle to the edge.
+        radius: usize,
     },
     /// A size that is not a positive number.
     #[error("the sizes of a facet and the reach of the samples must be positive numbers")]
@@ -141,21 +144,17 @@ impl FacetPlan {
         check(&needs)?;
         let slope = needs.farthest / (1.0 - needs.farthest * needs.farthest).sqrt();
         let uv_max = needs.reach.uv + slope * needs.reach.w;
-        let margin_rad = match needs.profile {
-            Profile::Point => 0.0,
-            _ => OUTER_MARGIN / (0.25 * uv_max),
-        };
-        // Even a point needs the image to be wider than its own beam.
-        let clear_rad = (0.5 * needs.side_rad + margin_rad).max(2.0 / uv_max);
+        // A point has no wings, but the longest baselines are interpolated from few cells.
+        let clear_rad = 0.5 * needs.side_rad + OUTER_MARGIN / (0.25 * uv_max);
         let period_rad = clear_rad / CLEAR;
         let radius = (uv_max * period_rad).ceil() as usize;
-        let n_fine = transform_length(radius);
-        if n_fine > CELLS_MAX {
+        if radius > RADIUS_MAX {
             return Err(FacetError::TooLarge {
                 side_rad: needs.side_rad,
-                cells: n_fine,
+                radius,
             });
         }
+        let n_fine = transform_length(radius);
         let n = n_fine / FINE[0] * FINE[1];
         let oversampling = FINE[0] as f64 / FINE[1] as f64;
         let spread = Spread::new(CLEAR / oversampling);
@@ -199,18 +198,6 @@ impl FacetPlan {
     /// Cells of all levels together, half plane.
     pub fn cells(&self) -> usize {
         self.levels * self.rows() * self.columns()
-    }
-
-    /// The sizes in words.
-    pub fn describe(&self) -> String {
-        format!(
-            "{} levels of {} x {} cells, {:.2} MB a facet, {:.2} MB more while filled",
-            self.levels,
-            self.rows(),
-            self.columns(),
-            1e-6 * self.facet_bytes() as f64,
-            1e-6 * self.build_bytes() as f64
-        )
     }
 
     /// Sky beyond the facet that `level` sees truly [rad].
@@ -282,6 +269,20 @@ impl FacetPlan {
             first_col: -(half as i64),
             cells_per_wavelength: self.period_rad * ratio,
         }
+    }
+}
+
+impl fmt::Display for FacetPlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} levels of {} x {} cells, {:.1} MB a facet, {:.1} MB more while it is filled",
+            self.levels,
+            self.rows(),
+            self.columns(),
+            1e-6 * self.facet_bytes() as f64,
+            1e-6 * self.build_bytes() as f64
+        )
     }
 }
 
@@ -362,8 +363,9 @@ fn transform_length(radius: usize) -> usize {
         }
         n == 1
     };
-    (least.div_ceil(10)..)
-        .find(|&n| smooth(n))
-        .unwrap_or(usize::MAX / 10)
-        * 10
+    let mut tens = least.div_ceil(10);
+    while !smooth(tens) {
+        tens += 1;
+    }
+    10 * tens
 }

@@ -52,6 +52,10 @@ pub(super) struct Scratch {
 impl Resampler {
     /// `window` is a function of x as a fraction of the new period.
     pub(super) fn new(n_in: usize, n_out: usize, window: impl Fn(f64) -> f64) -> Resampler {
+        assert!(
+            n_out <= n_in && n_in <= 2 * n_out,
+            "{n_in} to {n_out} cells"
+        );
         let mut planner = FftPlanner::new();
         let half = n_in as i64 / 2;
         let window = (0..n_in as i64)
@@ -82,8 +86,9 @@ impl Resampler {
         let Scratch { image, fft } = scratch;
         image.clear();
         image.resize(self.n_in, Complex::default());
-        for (i, cell) in cells.enumerate() {
-            image[(first + i as i64).rem_euclid(self.n_in as i64) as usize] = cell;
+        let (before, after) = image.split_at_mut(first.rem_euclid(self.n_in as i64) as usize);
+        for (place, cell) in after.iter_mut().chain(before).zip(cells) {
+            *place = cell;
         }
         let room = self
             .to_image
@@ -99,26 +104,25 @@ impl Resampler {
         out[..half].copy_from_slice(&image[half..self.n_out]);
     }
 
-    /// Cuts the image to the new period: its first `n_out` values, in the order of the transform.
+    /// Cuts the image to the new period: its first `n_out` values, in the order of the transform,
+    /// places before the middle at the end.
     fn fold(&self, image: &mut [Complex<f64>]) {
         for (value, window) in image.iter_mut().zip(&self.window) {
             *value *= window;
         }
-        let (n_in, n_out) = (self.n_in, self.n_out);
-        if n_in == n_out {
+        if self.n_in == self.n_out {
             return;
         }
-        // Positive places up to n_in/2 lie at their index, negative ones at the end.
-        let mut folded = vec![Complex::default(); n_out];
-        for (i, &value) in image.iter().enumerate() {
-            let x = if i < n_in / 2 {
-                i as i64
-            } else {
-                i as i64 - n_in as i64
-            };
-            folded[x.rem_euclid(n_out as i64) as usize] += value;
+        let half = self.n_in / 2;
+        let (kept, before) = image.split_at_mut(self.n_out.max(half));
+        // What lies before the middle starts at `half`; part of it may stand in `kept`.
+        let inside: Vec<_> = kept[half..].to_vec();
+        kept[half..].fill(Complex::default());
+        let first = self.n_out - (self.n_in - half);
+        let sums = kept[first..].iter_mut();
+        for (sum, value) in sums.zip(inside.iter().chain(before.iter())) {
+            *sum += value;
         }
-        image[..n_out].copy_from_slice(&folded);
     }
 }
 
@@ -186,6 +190,45 @@ impl HalfPlane {
     pub(super) fn add(&mut self, other: &HalfPlane) {
         for (sum, cell) in self.cells.iter_mut().zip(&other.cells) {
             *sum += cell;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// Cells of an image of two points, one of them where the image folds over: the same points
+    /// on cells of the new size, as far as they lie where the grid is true.
+    #[test]
+    fn a_point_is_a_wave_on_the_new_cells() {
+        for n_in in [40, 50, 80] {
+            let n_out = 40;
+            let resampler = Resampler::new(n_in, n_out, window);
+            let wave = |x: f64, n: usize| {
+                let phase = move |c: i64| TAU * x * c as f64 / n as f64;
+                let half = n as i64 / 2;
+                (-half..half).map(move |c| Complex::from_polar(1.0, phase(c)))
+            };
+            for x in [0.0, 7.0, -13.0] {
+                let mut out = vec![Complex::default(); n_out];
+                let first = -(n_in as i64 / 2);
+                resampler.run(wave(x, n_in), first, &mut out, &mut Scratch::default());
+                let scale = n_in as f64 / n_out as f64;
+                for (got, expected) in out.iter().zip(wave(x, n_out)) {
+                    assert!((got / scale - expected).norm() < 2e-5, "{n_in} {x}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_window_is_one_where_the_grid_is_true_and_its_halves_add_up() {
+        assert!((window(CLEAR) - 1.0).abs() < 2e-5 && window(1.0 - CLEAR) < 2e-5);
+        for i in 0..100 {
+            let x = f64::from(i) / 100.0;
+            assert!((window(x) + window(x - 1.0) - 1.0).abs() < 1e-12);
         }
     }
 }
