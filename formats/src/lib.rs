@@ -24,20 +24,26 @@
 //! each of them with the stored values. Nothing here negates uvw or conjugates data.
 
 mod chunk;
+mod date;
+mod direction;
 mod error;
 pub mod fits;
+mod h5;
 mod observation;
 mod open;
+mod pending;
 mod reader;
 mod stokes;
 mod uvfits;
+mod uvh5;
 
 pub use chunk::VisChunk;
 pub use error::{ReadError, WriteError};
 pub use observation::{
-    Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, Observation, TimeScale,
+    Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, Observation, TimeScale, Uvh5Notes,
 };
 pub use open::open;
 pub use reader::{VisReader, VisWriter};
 pub use stokes::{NoStokesI, StokesIRule, stokes_i};
 pub use uvfits::{UvfitsReader, UvfitsWriter};
+pub use uvh5::Uvh5Reader;
