@@ -27,13 +27,18 @@
 //! none (drift scans): the error says what to do.
 
 mod antennas;
+mod apparent;
 mod axes;
 mod cube;
 mod describe;
 mod frequencies;
+mod header;
+mod layout;
 mod nsamples;
 mod phase_centres;
 mod reader;
 mod rows;
+mod writer;
 
 pub use reader::Uvh5Reader;
+pub use writer::Uvh5Writer;

@@ -58,11 +58,6 @@ impl Group {
         self.members.keys().map(String::as_str)
     }
 
-    /// Whether there is a member of that name.
-    pub(crate) fn has(&self, name: &str) -> bool {
-        self.members.contains_key(name)
-    }
-
     /// A group in this one; `None` where there is none of that name.
     pub(crate) fn group(&self, name: &str) -> Result<Option<Self>, ReadError> {
         if !self.in_file(name)? {

@@ -93,8 +93,9 @@ impl NewGroup {
     }
 
     /// Texts, in a list.
-    pub(crate) fn texts(&self, name: &str, texts: &[&str]) -> Result<(), String> {
-        self.strings(name, &[texts.len()], texts)
+    pub(crate) fn texts(&self, name: &str, texts: &[String]) -> Result<(), String> {
+        let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
+        self.strings(name, &[texts.len()], &texts)
     }
 
     /// Texts of fixed length in the file, that of the longest, as the memo wants them.
