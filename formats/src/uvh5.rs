@@ -38,6 +38,7 @@ mod nsamples;
 mod phase_centres;
 mod reader;
 mod rows;
+mod tile;
 mod writer;
 
 pub use reader::Uvh5Reader;

@@ -2,7 +2,8 @@
 //!
 //! Writers cut such arrays into chunks along all three axes, and to read any part of a chunk is to
 //! unpack all of it. So a window is a whole number of chunks high wherever that fits into memory, and
-//! each chunk is asked for whole, which libhdf5 then need not gather piece by piece.
+//! each chunk is asked for whole, which libhdf5 then need not gather piece by piece. What it brings
+//! is kept in that order, and rows are put together when they are asked for.
 
 use std::ops::Range;
 
@@ -22,6 +23,14 @@ pub(super) struct Cube<T> {
     axes: Axes,
     plan: Plan,
     held: Range<usize>,
+    blocks: Vec<Block<T>>,
+}
+
+/// Some channels and correlations of all rows of a window.
+#[derive(Debug)]
+struct Block<T> {
+    chans: Range<usize>,
+    corrs: Range<usize>,
     values: Vec<T>,
 }
 
@@ -97,7 +106,7 @@ impl<T: hdf5::H5Type + Copy + Default> Cube<T> {
             dataset,
             axes,
             held: 0..0,
-            values: Vec::new(),
+            blocks: Vec::new(),
         })
     }
 
@@ -112,39 +121,45 @@ impl<T: hdf5::H5Type + Copy + Default> Cube<T> {
         Ok(self.held.end.min(wanted.end) - wanted.start)
     }
 
-    /// The values of rows that are held.
-    pub(super) fn at(&self, rows: Range<usize>) -> &[T] {
-        let per_row = self.axes.n_chan * self.axes.n_corr;
-        let first = self.held.start;
-        &self.values[(rows.start - first) * per_row..(rows.end - first) * per_row]
+    /// Copies rows that are held into `out`, channel by channel.
+    pub(super) fn copy(&self, rows: Range<usize>, out: &mut [T]) {
+        let (n_chan, n_corr) = (self.axes.n_chan, self.axes.n_corr);
+        let rows = rows.start - self.held.start..rows.end - self.held.start;
+        // All blocks of the same channels together, lest memory be gone through once for each.
+        for blocks in self.blocks.chunk_by(|a, b| a.chans == b.chans) {
+            let chans = &blocks[0].chans;
+            let span = chans.start * n_corr..chans.end * n_corr;
+            let places = out.chunks_exact_mut(n_chan * n_corr);
+            for (row, place) in rows.clone().zip(places) {
+                weave(blocks, row, &mut place[span.clone()], n_corr);
+            }
+        }
     }
 
     fn hold(&mut self, rows: &Range<usize>) -> Result<(), ReadError> {
         let (n_chan, n_corr) = (self.axes.n_chan, self.axes.n_corr);
         let (block_chans, block_corrs) = self.plan.block;
-        if (block_chans, block_corrs) == (n_chan, n_corr) {
-            self.values = self.block(rows, 0..n_chan, 0..n_corr)?;
-            return Ok(());
-        }
-        self.values.clear();
-        self.values
-            .resize(rows.len() * n_chan * n_corr, T::default());
+        self.blocks.clear();
         for f in (0..n_chan).step_by(block_chans) {
             for p in (0..n_corr).step_by(block_corrs) {
                 let chans = f..(f + block_chans).min(n_chan);
                 let corrs = p..(p + block_corrs).min(n_corr);
-                let block = self.block(rows, chans.clone(), corrs.clone())?;
-                self.scatter(&block, chans, corrs);
+                let values = self.read(rows, &chans, &corrs)?;
+                self.blocks.push(Block {
+                    chans,
+                    corrs,
+                    values,
+                });
             }
         }
         Ok(())
     }
 
-    fn block(
+    fn read(
         &self,
         rows: &Range<usize>,
-        chans: Range<usize>,
-        corrs: Range<usize>,
+        chans: &Range<usize>,
+        corrs: &Range<usize>,
     ) -> Result<Vec<T>, ReadError> {
         let mut block = vec![
             (rows.start, rows.len()),
@@ -156,21 +171,49 @@ impl<T: hdf5::H5Type + Copy + Default> Cube<T> {
         }
         self.dataset.read_block(&block)
     }
+}
 
-    /// Puts a block where it belongs in the window.
-    fn scatter(&mut self, block: &[T], chans: Range<usize>, corrs: Range<usize>) {
-        let (n_chan, n_corr) = (self.axes.n_chan, self.axes.n_corr);
-        let block_rows = block.chunks_exact(chans.len() * corrs.len());
-        for (row, block) in self
-            .values
-            .chunks_exact_mut(n_chan * n_corr)
-            .zip(block_rows)
-        {
-            let places = row.chunks_exact_mut(n_corr).skip(chans.start);
-            for (place, values) in places.zip(block.chunks_exact(corrs.len())) {
-                place[corrs.clone()].copy_from_slice(values);
+impl<T> Block<T> {
+    fn row(&self, row: usize) -> &[T] {
+        let per_row = self.chans.len() * self.corrs.len();
+        &self.values[row * per_row..(row + 1) * per_row]
+    }
+}
+
+/// Puts together some channels of a row from blocks of some correlations each.
+///
+/// The usual cases are spelled out because copies of a few bytes are mostly calls.
+fn weave<T: Copy>(blocks: &[Block<T>], row: usize, out: &mut [T], n_corr: usize) {
+    match blocks {
+        [all] => out.copy_from_slice(all.row(row)),
+        [a, b] if n_corr == 2 => {
+            let parts = a.row(row).iter().zip(b.row(row));
+            for (place, (&a, &b)) in out.as_chunks_mut::<2>().0.iter_mut().zip(parts) {
+                *place = [a, b];
             }
         }
+        [a, b] if n_corr == 4 && a.corrs.len() == 2 => {
+            let (a, b) = (a.row(row).as_chunks::<2>().0, b.row(row).as_chunks::<2>().0);
+            for (place, (&[a, b], &[c, d])) in
+                out.as_chunks_mut::<4>().0.iter_mut().zip(a.iter().zip(b))
+            {
+                *place = [a, b, c, d];
+            }
+        }
+        [a, b, c, d] if n_corr == 4 => {
+            let first = a.row(row).iter().zip(b.row(row));
+            let last = c.row(row).iter().zip(d.row(row));
+            let places = out.as_chunks_mut::<4>().0.iter_mut();
+            for (place, ((&a, &b), (&c, &d))) in places.zip(first.zip(last)) {
+                *place = [a, b, c, d];
+            }
+        }
+        any => any.iter().for_each(|block| {
+            let values = block.row(row).chunks_exact(block.corrs.len());
+            for (place, values) in out.chunks_exact_mut(n_corr).zip(values) {
+                place[block.corrs.clone()].copy_from_slice(values);
+            }
+        }),
     }
 }
 
@@ -208,6 +251,48 @@ mod tests {
             assert_eq!(window.start, row);
             assert_eq!(plan.window(window.end - 1, 100_000), window);
             row = window.end;
+        }
+    }
+
+    /// Blocks as a file of `n_corr` correlations has them in chunks of `per_block`, whose values
+    /// count up over (row, channel, correlation).
+    fn blocks(n_corr: usize, per_block: usize) -> Vec<Block<usize>> {
+        let (n_row, chans) = (3, 5..7);
+        let block = |corrs: Range<usize>| {
+            let mut values = Vec::new();
+            for (row, chan) in (0..n_row).flat_map(|r| (0..2).map(move |f| (r, f))) {
+                values.extend(corrs.clone().map(|p| (row * 2 + chan) * n_corr + p));
+            }
+            Block {
+                chans: chans.clone(),
+                corrs,
+                values,
+            }
+        };
+        let starts = (0..n_corr).step_by(per_block);
+        starts
+            .map(|p| block(p..(p + per_block).min(n_corr)))
+            .collect()
+    }
+
+    #[test]
+    fn correlations_are_put_together_however_they_are_cut() {
+        for (n_corr, per_block) in [
+            (1, 1),
+            (2, 1),
+            (2, 2),
+            (3, 1),
+            (3, 2),
+            (4, 1),
+            (4, 2),
+            (4, 3),
+            (4, 4),
+        ] {
+            let blocks = blocks(n_corr, per_block);
+            let mut out = vec![0; 2 * n_corr];
+            weave(&blocks, 1, &mut out, n_corr);
+            let wanted: Vec<usize> = (2 * n_corr..4 * n_corr).collect();
+            assert_eq!(out, wanted, "{n_corr} in blocks of {per_block}");
         }
     }
 

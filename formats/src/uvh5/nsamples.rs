@@ -19,20 +19,22 @@ pub(super) fn are_weights(
     flags: &mut Cube<u8>,
     nsamples: &mut Cube<f32>,
 ) -> Result<bool, ReadError> {
+    let per_row = axes.n_chan * axes.n_corr;
+    let n_window = MAX_WINDOWS.min(axes.n_row);
+    let (mut bad, mut sizes) = (vec![0; per_row], vec![0.0; per_row]);
     let mut all_flagged = true;
-    for window in 0..MAX_WINDOWS.min(axes.n_row) {
-        let row =
-            (axes.n_row as u128 * window as u128 / MAX_WINDOWS.min(axes.n_row) as u128) as usize;
-        let n = flags
-            .load(row..axes.n_row)?
-            .min(nsamples.load(row..axes.n_row)?);
-        let rows = row..row + n;
-        let pairs = flags.at(rows.clone()).iter().zip(nsamples.at(rows));
-        for (_, &nsample) in pairs.filter(|(flag, _)| **flag == 0) {
-            if nsample > 0.0 && nsample.is_finite() {
-                return Ok(true);
+    for window in 0..n_window {
+        let first = (axes.n_row as u128 * window as u128 / n_window as u128) as usize;
+        let n = (flags.load(first..axes.n_row)?).min(nsamples.load(first..axes.n_row)?);
+        for row in first..first + n {
+            flags.copy(row..row + 1, &mut bad);
+            nsamples.copy(row..row + 1, &mut sizes);
+            for (_, &nsample) in bad.iter().zip(&sizes).filter(|(flag, _)| **flag == 0) {
+                if nsample > 0.0 && nsample.is_finite() {
+                    return Ok(true);
+                }
+                all_flagged = false;
             }
-            all_flagged = false;
         }
     }
     Ok(all_flagged)

@@ -12,7 +12,7 @@ use super::frequencies::Frequencies;
 use super::nsamples;
 use super::phase_centres::PhaseCentres;
 use super::rows::{Rows, Tables};
-use crate::chunk::settle;
+use super::tile::{TILE_VALUES, Tile};
 use crate::direction;
 use crate::h5::{Group, Kind};
 use crate::{Observation, ReadError, VisChunk, VisReader};
@@ -41,6 +41,7 @@ pub struct Uvh5Reader {
     nsamples: Cube<f32>,
     has_weights: bool,
     next_row: usize,
+    tile: Tile,
     odd: OddSamples,
 }
 
@@ -100,6 +101,7 @@ impl Uvh5Reader {
             nsamples,
             has_weights,
             next_row: 0,
+            tile: Tile::default(),
             odd: OddSamples::default(),
         };
         reader.judge_direction(axes.n_row);
@@ -153,30 +155,26 @@ impl Uvh5Reader {
     }
 
     /// Appends the samples of rows that are held; returns how many were not finite though not
-    /// flagged. Conjugates, since a chunk has the baselines the other way round.
-    fn append_samples(&self, row: usize, n: usize, chunk: &mut VisChunk) -> u64 {
-        let rows = row..row + n;
-        let vis = self.vis.at(rows.clone());
-        let flags = self.flags.at(rows.clone());
-        let nsamples = self.nsamples.at(rows);
-        let start = chunk.vis_jy_rfp.len();
-        chunk
-            .vis_jy_rfp
-            .resize(start + vis.len(), Complex::default());
-        chunk.weight_rfp.resize(start + vis.len(), 0.0);
-        chunk.flag_rfp.resize(start + vis.len(), true);
-        let places = chunk.vis_jy_rfp[start..]
-            .iter_mut()
-            .zip(&mut chunk.weight_rfp[start..])
-            .zip(&mut chunk.flag_rfp[start..]);
-        let samples = vis.iter().zip(flags).zip(nsamples);
+    /// flagged.
+    fn append_samples(&mut self, row: usize, n: usize, chunk: &mut VisChunk) -> u64 {
+        let per_row = chunk.values_per_row();
+        chunk.vis_jy_rfp.reserve(n * per_row);
+        chunk.weight_rfp.reserve(n * per_row);
+        chunk.flag_rfp.reserve(n * per_row);
+        // As many rows at a time as stay in the processor's cache from one step to the next.
+        let few = (TILE_VALUES / per_row).max(1);
         let mut n_odd = 0;
-        for (((vis, weight), flag), ((stored, &bad), &nsample)) in places.zip(samples) {
-            let size = if self.has_weights { nsample } else { 1.0 };
-            let signed = if bad == 0 { size } else { -size.abs() };
-            let odd;
-            (*vis, *weight, *flag, odd) = settle(stored.re, -stored.im, signed);
-            n_odd += u64::from(odd && bad == 0);
+        for first in (row..row + n).step_by(few) {
+            let rows = first..(first + few).min(row + n);
+            let tile = &mut self.tile;
+            tile.resize(rows.len() * per_row);
+            self.vis.copy(rows.clone(), &mut tile.vis);
+            self.nsamples.copy(rows.clone(), &mut tile.weight);
+            self.flags.copy(rows, &mut tile.bad);
+            if !self.has_weights {
+                tile.weight.fill(1.0);
+            }
+            n_odd += tile.append_to(chunk);
         }
         n_odd
     }
