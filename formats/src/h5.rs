@@ -21,7 +21,19 @@ pub(crate) use dataset::{Dataset, Kind};
 pub(crate) use group::Group;
 pub(crate) use write::{Growing, NewFile, NewGroup, Packing};
 
-/// What one message can hold of the library's.
+/// The library's words, in one line.
 fn words(error: &hdf5::Error) -> String {
     error.to_string().replace('\n', " ")
+}
+
+/// What cannot be read, and what to do about it.
+fn unreadable(error: &hdf5::Error) -> String {
+    let words = words(error);
+    // What every part of a file says first is the version of its layout.
+    let advice = if words.contains("bad version number") {
+        "it is damaged, or of a newer layout than HDF5 1.14 knows: rewrite it with h5repack --high=v114"
+    } else {
+        "the file is damaged or truncated: copy it again"
+    };
+    format!("cannot be read ({words}); {advice}")
 }

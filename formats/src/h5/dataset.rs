@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use hdf5::types::TypeDescriptor;
 use hdf5::{H5Type, Hyperslab, SliceOrIndex};
 
-use super::{filter, words};
+use super::{filter, unreadable};
 use crate::ReadError;
 
 /// How many bytes a filter can make of one: deflate's bound is 1032, LZF's 88 (zlib manual, "Maximum
@@ -61,7 +61,7 @@ impl Dataset {
         let damaged = |error: hdf5::Error| ReadError::Malformed {
             path: path.to_owned(),
             place: name.clone(),
-            what: format!("cannot be read ({}); the file is damaged", words(&error)),
+            what: unreadable(&error),
         };
         let space = dataset.space().map_err(damaged)?;
         if space.is_null() {
@@ -200,7 +200,7 @@ impl Dataset {
             .read_slice::<T, _, ndarray::IxDyn>(Hyperslab::from(spans));
         let array = read.map_err(|error| {
             let (first, count) = block.first().copied().unwrap_or((0, 0));
-            self.damaged(&format!("row {} to {} ", first + 1, first + count), &error)
+            self.damaged(&format!("rows {} to {} ", first + 1, first + count), &error)
         })?;
         Ok(array.into_raw_vec_and_offset().0)
     }
@@ -245,10 +245,7 @@ impl Dataset {
     }
 
     fn damaged(&self, rows: &str, error: &hdf5::Error) -> ReadError {
-        self.malformed(format!(
-            "{rows}cannot be read ({}); the file is damaged or truncated: copy it again",
-            words(error)
-        ))
+        self.malformed(format!("{rows}{}", unreadable(error)))
     }
 }
 

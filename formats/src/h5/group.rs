@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use hdf5::LinkType;
 
 use super::dataset::Dataset;
-use super::words;
+use super::unreadable;
 use crate::ReadError;
 
 /// A group of a file that is open for reading.
@@ -26,10 +26,7 @@ impl Group {
         let file = hdf5::File::open(path).map_err(|error| ReadError::Malformed {
             path: path.to_owned(),
             place: "file".into(),
-            what: format!(
-                "HDF5 cannot open it ({}); it is damaged or truncated: copy it again",
-                words(&error)
-            ),
+            what: unreadable(&error),
         })?;
         let group = file
             .as_group()
@@ -63,15 +60,26 @@ impl Group {
         if !self.in_file(name)? {
             return Ok(None);
         }
+        if self.is_dataset(name) {
+            return Err(self.malformed(name, "must be a group, is a dataset"));
+        }
         let full = self.full(name);
         let group = (self.group.group(name)).map_err(|error| damaged(&self.path, &full, &error))?;
         Self::look(&self.path, full, group).map(Some)
+    }
+
+    /// Whether there is a dataset of that name.
+    pub(crate) fn is_dataset(&self, name: &str) -> bool {
+        self.members.get(name) == Some(&false) && self.group.dataset(name).is_ok()
     }
 
     /// A dataset; `None` where there is none of that name, or one without a value.
     pub(crate) fn dataset(&self, name: &str) -> Result<Option<Dataset>, ReadError> {
         if !self.in_file(name)? {
             return Ok(None);
+        }
+        if self.group.group(name).is_ok() {
+            return Err(self.malformed(name, "must be a dataset, is a group"));
         }
         let full = self.full(name);
         let dataset =
@@ -130,9 +138,6 @@ fn damaged(path: &Path, place: &str, error: &hdf5::Error) -> ReadError {
     ReadError::Malformed {
         path: path.to_owned(),
         place: place.to_owned(),
-        what: format!(
-            "cannot be read ({}); the file is damaged or truncated: copy it again",
-            words(error)
-        ),
+        what: unreadable(error),
     }
 }

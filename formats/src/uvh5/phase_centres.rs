@@ -24,6 +24,11 @@ const UNPHASED: &str = "phase the data first, with pyuvdata's UVData.phase";
 
 impl PhaseCentres {
     pub(super) fn read(header: &Group, warnings: &mut Vec<String>) -> Result<Self, ReadError> {
+        if header.is_dataset("phase_center_catalog") {
+            let what = "is a text, as files of version 1.0 have it, which is not read; read and \
+                        write the file with pyuvdata";
+            return Err(header.unsupported("phase_center_catalog", what));
+        }
         match header.group("phase_center_catalog")? {
             Some(catalog) => Self::catalog(header, &catalog, warnings),
             None => Self::old(header),
