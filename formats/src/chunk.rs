@@ -23,7 +23,7 @@ pub struct VisChunk {
     pub n_chan: usize,
     /// Correlations in each channel.
     pub n_corr: usize,
-    /// Baseline coordinates [m], one (u, v, w) a row.
+    /// Baseline coordinates [m], one (u, v, w) a row, of r(ant1) - r(ant2).
     pub uvw_m_r: Vec<[f64; 3]>,
     /// Mid-point of the sample, modified Julian date [day] in the observation's time scale.
     pub time_mjd_r: Vec<f64>,

@@ -19,8 +19,12 @@
 //! # What is written
 //! Version 1.2. Every array of visibilities is cut into chunks of whole rows of at most a megabyte.
 //! flags, nsamples and all metadata of rows are shuffled and deflated, which makes them small;
-//! visibilities are noise to a compressor (shuffle and deflate save a tenth of them and make reading
-//! four times slower) and stand as they are. Times in the file are Julian dates in an f64: 40 μs.
+//! visibilities are noise to a compressor (shuffle and deflate save a seventh of random ones and make
+//! reading seven times slower) and stand as they are. Times in the file are Julian dates in an f64: 40 μs.
+//!
+//! # Limits
+//! Sizes, types and places are checked here, but chunks are unpacked by libhdf5 (1.14.6), which does
+//! not check that a packed chunk has as many bytes as it should: a file made for it can crash us.
 //!
 //! # Not read
 //! Positions on the Moon, spectral windows of one polarization each, phase centres that move or are

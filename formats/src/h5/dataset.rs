@@ -39,7 +39,7 @@ pub(crate) enum Kind {
 pub(crate) struct Dataset {
     path: PathBuf,
     name: String,
-    dataset: hdf5::Dataset,
+    inner: hdf5::Dataset,
     /// Elements along each axis, slowest first; empty for a scalar.
     pub(crate) shape: Vec<usize>,
     /// What the elements are.
@@ -78,7 +78,7 @@ impl Dataset {
             filtered: filters.as_ref().map_or(true, |list| !list.is_empty()),
             path: path.to_owned(),
             name,
-            dataset,
+            inner: dataset,
             shape,
             kind,
             chunk,
@@ -167,20 +167,20 @@ impl Dataset {
         let wanted = counts
             .map(|(&n, &c)| n.div_ceil(c.max(1)) as u128)
             .product();
-        let written = self.dataset.num_chunks().unwrap_or(0) as u128;
+        let written = self.inner.num_chunks().unwrap_or(0) as u128;
         Ok((written, wanted))
     }
 
     /// Bytes in the file, which two datasets of a hostile file may share but not exceed.
     fn stored_bytes(&self) -> u64 {
         let file_bytes = std::fs::metadata(&self.path).map_or(0, |metadata| metadata.len());
-        self.dataset.storage_size().min(file_bytes)
+        self.inner.storage_size().min(file_bytes)
     }
 
     /// All elements, in the order of the file.
     pub(super) fn read_all<T: H5Type>(&self) -> Result<Vec<T>, ReadError> {
         self.prove_stored()?;
-        self.dataset
+        self.inner
             .read_raw()
             .map_err(|error| self.damaged("", &error))
     }
@@ -196,7 +196,7 @@ impl Dataset {
             .map(|&(first, count)| SliceOrIndex::from(first..first + count))
             .collect();
         let read = self
-            .dataset
+            .inner
             .read_slice::<T, _, ndarray::IxDyn>(Hyperslab::from(spans));
         let array = read.map_err(|error| {
             let (first, count) = block.first().copied().unwrap_or((0, 0));
@@ -236,7 +236,7 @@ impl Dataset {
             Kind::Boolean => "booleans".to_owned(),
             Kind::Complex => "complex numbers".to_owned(),
             Kind::FixedText(_) | Kind::VariableText => "text".to_owned(),
-            Kind::Other => match self.dataset.dtype().and_then(|t| t.to_descriptor()) {
+            Kind::Other => match self.inner.dtype().and_then(|t| t.to_descriptor()) {
                 Ok(descriptor) => format!("type {descriptor}"),
                 Err(_) => "a type that is not known".to_owned(),
             },

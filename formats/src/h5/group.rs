@@ -15,7 +15,7 @@ pub(crate) struct Group {
     path: PathBuf,
     /// From the root, without a slash in front; empty for the root.
     name: String,
-    group: hdf5::Group,
+    inner: hdf5::Group,
     /// Whether each member leads out of the file.
     members: BTreeMap<String, bool>,
 }
@@ -45,7 +45,7 @@ impl Group {
         Ok(Self {
             path: path.to_owned(),
             name,
-            group,
+            inner: group,
             members,
         })
     }
@@ -64,13 +64,13 @@ impl Group {
             return Err(self.malformed(name, "must be a group, is a dataset"));
         }
         let full = self.full(name);
-        let group = (self.group.group(name)).map_err(|error| damaged(&self.path, &full, &error))?;
+        let group = (self.inner.group(name)).map_err(|error| damaged(&self.path, &full, &error))?;
         Self::look(&self.path, full, group).map(Some)
     }
 
     /// Whether there is a dataset of that name.
     pub(crate) fn is_dataset(&self, name: &str) -> bool {
-        self.members.get(name) == Some(&false) && self.group.dataset(name).is_ok()
+        self.members.get(name) == Some(&false) && self.inner.dataset(name).is_ok()
     }
 
     /// A dataset; `None` where there is none of that name, or one without a value.
@@ -78,12 +78,12 @@ impl Group {
         if !self.in_file(name)? {
             return Ok(None);
         }
-        if self.group.group(name).is_ok() {
+        if self.inner.group(name).is_ok() {
             return Err(self.malformed(name, "must be a dataset, is a group"));
         }
         let full = self.full(name);
         let dataset =
-            (self.group.dataset(name)).map_err(|error| damaged(&self.path, &full, &error))?;
+            (self.inner.dataset(name)).map_err(|error| damaged(&self.path, &full, &error))?;
         Dataset::look(&self.path, full, dataset)
     }
 

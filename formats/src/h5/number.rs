@@ -6,12 +6,12 @@ use crate::ReadError;
 impl Dataset {
     /// The one value, real or whole.
     pub(crate) fn real(&self) -> Result<f64, ReadError> {
-        self.only(self.reals()?)
+        self.only(&self.reals()?)
     }
 
     /// The one value, whole.
     pub(crate) fn whole(&self) -> Result<i64, ReadError> {
-        self.only(self.wholes()?)
+        self.only(&self.wholes()?)
     }
 
     /// The one value, a count of something.
@@ -59,8 +59,8 @@ impl Dataset {
     }
 
     /// The only element: a scalar, or an array of one as some writers have it.
-    fn only<T: Copy>(&self, values: Vec<T>) -> Result<T, ReadError> {
-        match values.as_slice() {
+    fn only<T: Copy>(&self, values: &[T]) -> Result<T, ReadError> {
+        match values {
             [value] => Ok(*value),
             _ => Err(self.malformed(format!("has shape {:?}, must be one value", self.shape))),
         }

@@ -117,10 +117,8 @@ impl NewGroup {
         bytes: usize,
         texts: &[String],
     ) -> Result<(), String> {
-        let values: Result<Vec<FixedAscii<N>>, _> = texts
-            .iter()
-            .map(|text| FixedAscii::from_ascii(text))
-            .collect();
+        let values: Result<Vec<FixedAscii<N>>, _> =
+            texts.iter().map(FixedAscii::from_ascii).collect();
         let values = values.map_err(|error| format!("{name}: {error}"))?;
         let view = ArrayViewD::from_shape(IxDyn(shape), &values).map_err(|e| e.to_string())?;
         let builder = self

@@ -133,6 +133,6 @@ mod tests {
         let [lon_deg, lat_deg, height_m] = geodetic(position_m);
         assert!((lon_deg - 21.444_668_171_958_38).abs() < 1e-9);
         assert!((lat_deg + 30.711_062_335_619_737).abs() < 1e-9);
-        assert!((height_m - 1077.252_524_379_048).abs() < 1e-5);
+        assert!((height_m - 1_077.252_524_379_048).abs() < 1e-5);
     }
 }

@@ -23,6 +23,7 @@ const MAX_KEPT: usize = 1 << 12;
 
 /// An apparent place, referred to the equinox of date.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[allow(clippy::struct_field_names)] // Units end the name.
 pub(super) struct Place {
     pub(super) ra_rad: f64,
     pub(super) dec_rad: f64,

@@ -97,8 +97,9 @@ impl<T: hdf5::H5Type + Copy + Default> Cube<T> {
             ));
         }
         let chunk = dataset.chunk.as_deref().map(|chunk| match *chunk {
-            [rows, _, chans, corrs] => (rows.max(1), chans.max(1), corrs.max(1)),
-            [rows, chans, corrs] => (rows.max(1), chans.max(1), corrs.max(1)),
+            [rows, _, chans, corrs] | [rows, chans, corrs] => {
+                (rows.max(1), chans.max(1), corrs.max(1))
+            }
             _ => (1, axes.n_chan, axes.n_corr),
         });
         Ok(Self {

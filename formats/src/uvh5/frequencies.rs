@@ -99,7 +99,7 @@ fn refuse_window_per_hand(header: &Group) -> Result<(), ReadError> {
 
 /// Widths are negative where the frequency falls within the window.
 fn give_signs(width_hz_f: &mut [f64], freq_hz_f: &[f64], spw_f: &[i64]) {
-    for f in 0..width_hz_f.len() {
+    for (f, width_hz) in width_hz_f.iter_mut().enumerate() {
         let beside = [f.checked_sub(1).map(|e| (e, f)), Some((f, f + 1))];
         let mut steps = beside.into_iter().flatten();
         let step_hz = steps.find_map(|(a, b)| {
@@ -107,7 +107,7 @@ fn give_signs(width_hz_f: &mut [f64], freq_hz_f: &[f64], spw_f: &[i64]) {
             same.then(|| freq_hz_f[b] - freq_hz_f[a])
         });
         if step_hz.is_some_and(|hz| hz < 0.0) {
-            width_hz_f[f] = -width_hz_f[f];
+            *width_hz = -*width_hz;
         }
     }
 }

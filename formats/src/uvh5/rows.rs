@@ -83,10 +83,10 @@ impl Rows {
         n = n.min(self.time.load(wanted.clone())?);
         n = n.min(self.ant1.load(wanted.clone())?);
         n = n.min(self.ant2.load(wanted.clone())?);
-        for column in self.interval.iter_mut() {
+        if let Some(column) = &mut self.interval {
             n = n.min(column.load(wanted.clone())?);
         }
-        for column in self.phase_centre.iter_mut() {
+        if let Some(column) = &mut self.phase_centre {
             n = n.min(column.load(wanted.clone())?);
         }
         for row in row..row + n {
@@ -108,10 +108,10 @@ impl Rows {
         self.time.load_one(row)?;
         self.ant1.load_one(row)?;
         self.ant2.load_one(row)?;
-        for column in self.interval.iter_mut() {
+        if let Some(column) = &mut self.interval {
             column.load_one(row)?;
         }
-        for column in self.phase_centre.iter_mut() {
+        if let Some(column) = &mut self.phase_centre {
             column.load_one(row)?;
         }
         self.head(row, tables)

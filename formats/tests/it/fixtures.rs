@@ -28,7 +28,7 @@ fn good_files_hold_what_pyuvdata_finds_in_them() {
     for path in paths {
         let text = std::fs::read_to_string(path.with_extension("json")).unwrap();
         let wanted: Value = serde_json::from_str(&text).unwrap();
-        let (observation, rows) = read(&path, 7).expect(&path.display().to_string());
+        let (observation, rows) = read(&path, 7).unwrap_or_else(|error| panic!("{error}"));
         let count = |key: &str| wanted[key].as_u64().unwrap() as usize;
         assert_eq!(rows.n_row, count("n_row"));
         assert_eq!(observation.n_row as usize, count("n_row"));
