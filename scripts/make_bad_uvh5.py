@@ -98,17 +98,24 @@ def outside(f):
 
 def virtual(f):
     del f["Data/flags"]
-    shape = (N_ROW, N_CHAN, N_POL)
-    layout = h5py.VirtualLayout(shape, bool)
-    layout[:] = h5py.VirtualSource("other.uvh5", "Data/flags", shape)
-    f["Data"].create_virtual_dataset("flags", layout)
+    plist = quiet_plist()
+    space = h5py.h5s.create_simple((N_ROW, N_CHAN, N_POL))
+    plist.set_virtual(space, b"other.uvh5", b"Data/flags", space)
+    h5py.h5d.create(f["Data"].id, b"flags", h5py.h5t.py_create(np.dtype(bool), logical=True), space, plist)
+
+
+def quiet_plist():
+    """How to create a dataset that does not say when it was."""
+    plist = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    plist.set_obj_track_times(False)
+    return plist
 
 
 def unknown_filter(number):
     """A case whose visibilities say that they went through a filter."""
     def change(f):
         del f["Data/visdata"]
-        plist = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        plist = quiet_plist()
         plist.set_chunk((3, 3, 2))
         # A flag that lets files with it be made where the filter is not there.
         plist.set_filter(number, h5py.h5z.FLAG_OPTIONAL, (0, 2))
@@ -192,6 +199,13 @@ CASES = {
         f["Header"].create_dataset("freq_array", (HUGE,), "f8", chunks=(1000,))),
         "Header/freq_array: its shape [1099511627776] announces 8796093022208 bytes, the file has 0 "
         "for it: it is truncated, unfinished or the header is wrong"),
+    "header_bomb": (lambda f: (
+        put(Nants_telescope=2**23, antenna_numbers=None, antenna_names=None)(f),
+        f["Header"].create_dataset("antenna_numbers", data=np.zeros(2**23, "i1"), compression="gzip",
+                                   chunks=(2**23,)),
+        f["Header"].create_dataset("antenna_names", data=np.full(2**23, b"a"), compression="gzip",
+                                   chunks=(2**23,))),
+        "Header/antenna_names: its shape [8388608] is more than a header can have"),
     "shape_overflows": (data("visdata", sparse(2**33, 2**33, 2, chunks=(1, 1, 2))),
         "Data/visdata: its shape [8589934592, 8589934592, 2] is of more bytes than any file has"),
     "chunk_huge": (data("visdata", lambda: {"shape": (N_ROW, N_CHAN, N_POL), "dtype": "c8",

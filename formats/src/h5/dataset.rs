@@ -15,6 +15,10 @@ const MAX_EXPANSION: u128 = 1100;
 /// Chunks that a filter makes whole must fit into memory; writers make chunks of about a megabyte.
 const MAX_FILTERED_CHUNK_BYTES: u64 = 1 << 28;
 
+/// Most bytes in memory of what is read in one piece: a few kilobytes packed can become as many
+/// megabytes, and a channel or an antenna takes 64 at most.
+const MAX_HEADER_BYTES: u128 = 1 << 28;
+
 /// What the elements are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -180,9 +184,13 @@ impl Dataset {
     /// All elements, in the order of the file.
     pub(super) fn read_all<T: H5Type>(&self) -> Result<Vec<T>, ReadError> {
         self.prove_stored()?;
-        self.inner
-            .read_raw()
-            .map_err(|error| self.damaged("", &error))
+        let bytes = product(&self.shape).saturating_mul(size_of::<T>() as u128);
+        if bytes > MAX_HEADER_BYTES {
+            let what = format!("its shape {:?} is more than a header can have", self.shape);
+            return Err(self.unsupported(what));
+        }
+        let read = self.inner.read_raw();
+        read.map_err(|error| self.damaged("", &error))
     }
 
     /// The elements of a block: first element and count along each axis, none of them beyond the

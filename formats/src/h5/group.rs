@@ -23,11 +23,15 @@ pub(crate) struct Group {
 impl Group {
     /// The root of a file.
     pub(crate) fn open(path: &Path) -> Result<Self, ReadError> {
-        let file = hdf5::File::open(path).map_err(|error| ReadError::Malformed {
-            path: path.to_owned(),
-            place: "file".into(),
-            what: unreadable(&error),
-        })?;
+        // Chunks are asked for whole and once: a cache would only be one more copy of each.
+        let file = hdf5::File::with_options()
+            .with_fapl(|access| access.chunk_cache(1, 0, 0.0))
+            .open(path)
+            .map_err(|error| ReadError::Malformed {
+                path: path.to_owned(),
+                place: "file".into(),
+                what: unreadable(&error),
+            })?;
         let group = file
             .as_group()
             .map_err(|error| damaged(path, "file", &error))?;

@@ -16,7 +16,7 @@ const MAX_WINDOWS: usize = 8;
 /// few places of the file, or all that was looked at is flagged.
 pub(super) fn are_weights(
     axes: &Axes,
-    flags: &mut Cube<u8>,
+    flags: &mut Cube<i8>,
     nsamples: &mut Cube<f32>,
 ) -> Result<bool, ReadError> {
     let per_row = axes.n_chan * axes.n_corr;

@@ -37,7 +37,7 @@ pub struct Uvh5Reader {
     centres: PhaseCentres,
     rows: Rows,
     vis: Cube<Complex<f32>>,
-    flags: Cube<u8>,
+    flags: Cube<i8>,
     nsamples: Cube<f32>,
     has_weights: bool,
     next_row: usize,
@@ -225,7 +225,7 @@ impl VisReader for Uvh5Reader {
     }
 }
 
-fn open_flags(data: &Group, axes: Axes, warnings: &mut Vec<String>) -> Result<Cube<u8>, ReadError> {
+fn open_flags(data: &Group, axes: Axes, warnings: &mut Vec<String>) -> Result<Cube<i8>, ReadError> {
     let dataset = data.need("flags")?;
     match dataset.kind {
         Kind::Boolean | Kind::Whole => Cube::open(dataset, axes, warnings),

@@ -14,7 +14,7 @@ pub(super) struct Tile {
     pub(super) vis: Vec<Complex<f32>>,
     pub(super) weight: Vec<f32>,
     /// Not zero: flagged.
-    pub(super) bad: Vec<u8>,
+    pub(super) bad: Vec<i8>,
 }
 
 impl Tile {
@@ -34,7 +34,7 @@ impl Tile {
         // What `settle` comes to for numbers, in loops that the compiler makes many at a time of.
         chunk.vis_jy_rfp.extend(self.vis.iter().map(Complex::conj));
         let samples = || self.weight.iter().zip(&self.bad);
-        let good = |weight: f32, bad: u8| bad == 0 && weight > 0.0;
+        let good = |weight: f32, bad: i8| bad == 0 && weight > 0.0;
         (chunk.weight_rfp).extend(samples().map(|(&w, &b)| if good(w, b) { w } else { 0.0 }));
         (chunk.flag_rfp).extend(samples().map(|(&w, &b)| !good(w, b)));
         0
