@@ -85,7 +85,8 @@ class Check:
 def read_pyuvdata(path, strict):
     """All that pyuvdata reads, as stored: no phasing, and no repair of the baselines' direction."""
     uv = UVData()
-    uv.read_uvfits(path, run_check=False, fix_old_proj=False)
+    read = uv.read_uvh5 if pathlib.Path(path).suffix == ".uvh5" else uv.read_uvfits
+    read(path, run_check=False, fix_old_proj=False)
     if strict:
         uv.check(check_extra=True, run_check_acceptability=True, allow_flip_conj=False,
                  check_freq_spacing=True)
@@ -112,7 +113,7 @@ def compare(check, ours, uv, uvw_tol_m, time_tol_s):
     codes = [CORR_CODES[corr] for corr in obs["corrs"]]
     order = [list(uv.polarization_array).index(code) for code in codes]
     check.close("frequency [Hz]", obs["freq_setups"][0]["freq_hz_f"], uv.freq_array, freq_tol_hz(uv))
-    flags = uv.flag_array[..., order]
+    flags = uv.flag_array[..., order].astype(bool)
     data = np.conj(uv.data_array[..., order]).astype("c8")
     odd = ~np.isfinite(data)
     check.ok("flags", np.array_equal(ours.flag, flags | odd))

@@ -119,7 +119,9 @@ CASES = {
     # Not FITS, not random groups.
     "empty": (cut(0), "file: is empty"),
     "text": (b"not a FITS file\n", "file: is no visibility file: not FITS, not HDF5"),
-    "hdf5": (b"\x89HDF\r\n\x1a\n" + bytes(88), "file: UVH5 is not read yet; write UVFITS"),
+    "hdf5": (b"\x89HDF\r\n\x1a\n" + bytes(88), "file: cannot be read (H5Fopen(): unable to "
+        "synchronously open file: bad byte number in an address); the file is damaged or truncated: "
+        "copy it again"),
     "image": (primary(GROUPS=None, NAXIS1=1, PCOUNT=None, GCOUNT=None),
         "primary HDU: GROUPS: this FITS file has no random groups (GROUPS = T with NAXIS1 = "
         "0): no UVFITS file"),

@@ -63,18 +63,22 @@ def observe(numbers, n_time, n_spw, n_chan, pols, n_source, seed):
 
 
 def expectation(path):
-    """What a reader must find, as pyuvdata sees it."""
+    """What a reader must find, as pyuvdata sees it, with the baselines as a UVFITS file has them."""
     uv = UVData()
-    uv.read_uvfits(path)
-    good = ~uv.flag_array
-    data = np.conj(uv.data_array)
+    if path.suffix == ".uvh5":
+        # Old files have counts that pyuvdata does not take.
+        uv.read_uvh5(path, run_check=False, fix_old_proj=False)
+    else:
+        uv.read_uvfits(path)
+    good = ~uv.flag_array.astype(bool) & (uv.nsample_array > 0)
+    data = np.conj(uv.data_array).astype("c8")
     total = np.sum(data[good].astype("c16"))
     return {
         "n_row": int(uv.Nblts),
         "n_chan": int(uv.Nfreqs),
         "n_corr": int(uv.Npols),
         "n_antenna": int(uv.telescope.Nants),
-        "n_flagged": int(uv.flag_array.sum()),
+        "n_flagged": int((~good).sum()),
         "sum_vis": [total.real, total.imag],
         "sum_weight": float(np.sum(uv.nsample_array[good].astype("f8"))),
         "sum_uvw_m": [float(-x) for x in uv.uvw_array.sum(axis=0)],

@@ -72,7 +72,7 @@ pub struct CommonArgs {
 
 #[derive(Debug, Args)]
 struct DetectArgs {
-    /// Visibilities: a UVFITS file
+    /// Visibilities: a UVFITS or UVH5 file
     #[arg(value_name = "IN", required = true)]
     input: Option<PathBuf>,
     /// Catalogue to write; the posterior samples go to OUT.posterior.fits

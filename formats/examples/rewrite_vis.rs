@@ -1,9 +1,13 @@
-//! Reads any visibility file and writes it again as UVFITS: `rewrite_vis IN OUT`.
+//! Reads any visibility file and writes it again: `rewrite_vis IN OUT`.
+//!
+//! OUT is written as UVH5 if its name ends in `.uvh5`, as UVFITS otherwise.
 
 use std::error::Error;
 use std::path::Path;
 
-use vis2cat_formats::{UvfitsWriter, VisChunk, VisWriter, open};
+use vis2cat_formats::{
+    Observation, UvfitsWriter, Uvh5Writer, VisChunk, VisWriter, WriteError, open,
+};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let paths: Vec<String> = std::env::args().skip(1).collect();
@@ -11,15 +15,19 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("usage: rewrite_vis IN OUT".into());
     };
     let mut reader = open(Path::new(from))?;
-    let mut writer = Box::new(UvfitsWriter::create(
-        Path::new(to),
-        reader.observation(),
-        true,
-    )?);
+    let mut writer = writer(Path::new(to), reader.observation())?;
     let mut chunk = VisChunk::new(1000);
     while reader.read_chunk(&mut chunk)? > 0 {
         writer.write_chunk(&chunk)?;
     }
     writer.finish()?;
     Ok(())
+}
+
+fn writer(path: &Path, observation: &Observation) -> Result<Box<dyn VisWriter>, WriteError> {
+    Ok(if path.extension().is_some_and(|e| e == "uvh5") {
+        Box::new(Uvh5Writer::create(path, observation, true)?)
+    } else {
+        Box::new(UvfitsWriter::create(path, observation, true)?)
+    })
 }

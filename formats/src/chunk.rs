@@ -2,6 +2,13 @@
 
 use num_complex::Complex;
 
+use crate::Observation;
+
+/// Times beyond this have no calendar day [day].
+const MAX_MJD: f64 = 1e6;
+/// Coordinates beyond this are mistakes: the Moon is at 4e8 m.
+const MAX_UVW_M: f64 = 1e15;
+
 /// A block of rows, owned by the caller and re-used from read to read.
 ///
 /// Axes, slowest first: `r` row, `f` channel (all IFs of a set-up one after the other), `p`
@@ -16,7 +23,7 @@ pub struct VisChunk {
     pub n_chan: usize,
     /// Correlations in each channel.
     pub n_corr: usize,
-    /// Baseline coordinates [m], one (u, v, w) a row.
+    /// Baseline coordinates [m], one (u, v, w) a row, of r(ant1) - r(ant2).
     pub uvw_m_r: Vec<[f64; 3]>,
     /// Mid-point of the sample, modified Julian date [day] in the observation's time scale.
     pub time_mjd_r: Vec<f64>,
@@ -68,4 +75,113 @@ impl VisChunk {
     pub fn values_per_row(&self) -> usize {
         self.n_chan * self.n_corr
     }
+
+    /// Whether a writer can take the rows: the shape must be that of `observation`, and only what
+    /// that has may be named. `n_before` rows have been written before; errors are in words.
+    pub(crate) fn check(&self, observation: &Observation, n_before: u64) -> Result<(), String> {
+        let setup = observation.freq_setups.first();
+        let n_chan = setup.map_or(0, |setup| setup.freq_hz_f.len());
+        let n_corr = observation.corrs.len();
+        if (self.n_chan, self.n_corr) != (n_chan, n_corr) {
+            return Err(format!(
+                "a chunk has {} channels and {} correlations, the observation {n_chan} and {n_corr}",
+                self.n_chan, self.n_corr
+            ));
+        }
+        self.check_lengths()?;
+        self.check_indices(observation, n_before)?;
+        let sound = |row: &usize| {
+            self.time_mjd_r[*row].abs() < MAX_MJD
+                && self.uvw_m_r[*row].iter().all(|x| x.abs() < MAX_UVW_M)
+        };
+        match (0..self.n_row).find(|row| !sound(row)) {
+            Some(row) => Err(format!(
+                "row {}: MJD {} or (u, v, w) {:?} m cannot be",
+                n_before + row as u64 + 1,
+                self.time_mjd_r[row],
+                self.uvw_m_r[row]
+            )),
+            None => Ok(()),
+        }
+    }
+
+    fn check_lengths(&self) -> Result<(), String> {
+        let n_row = self.n_row;
+        let n_value = n_row * self.values_per_row();
+        let lens = [
+            (self.uvw_m_r.len(), n_row),
+            (self.time_mjd_r.len(), n_row),
+            (self.interval_s_r.len(), n_row),
+            (self.ant1_r.len(), n_row),
+            (self.ant2_r.len(), n_row),
+            (self.field_r.len(), n_row),
+            (self.freq_setup_r.len(), n_row),
+            (self.vis_jy_rfp.len(), n_value),
+            (self.weight_rfp.len(), n_value),
+            (self.flag_rfp.len(), n_value),
+        ];
+        if lens.iter().any(|(found, wanted)| found != wanted) {
+            return Err(format!(
+                "a chunk of {n_row} rows has arrays of other lengths"
+            ));
+        }
+        Ok(())
+    }
+
+    fn check_indices(&self, observation: &Observation, n_before: u64) -> Result<(), String> {
+        let indices = [
+            ("antenna", &self.ant1_r, observation.antennas.len()),
+            ("antenna", &self.ant2_r, observation.antennas.len()),
+            ("field", &self.field_r, observation.fields.len()),
+            (
+                "frequency set-up",
+                &self.freq_setup_r,
+                observation.freq_setups.len(),
+            ),
+        ];
+        for (what, values, len) in indices {
+            if let Some(row) = values.iter().position(|&index| index as usize >= len) {
+                let at = n_before + row as u64 + 1;
+                return Err(format!("row {at}: {what} {} of {len}", values[row]));
+            }
+        }
+        Ok(())
+    }
+
+    /// Appends the rows `from..to` of another chunk of the same shape.
+    pub(crate) fn append(&mut self, other: &Self, from: usize, to: usize) {
+        let per_row = other.values_per_row();
+        let values = from * per_row..to * per_row;
+        self.n_row += to - from;
+        self.uvw_m_r.extend(&other.uvw_m_r[from..to]);
+        self.time_mjd_r.extend(&other.time_mjd_r[from..to]);
+        self.interval_s_r.extend(&other.interval_s_r[from..to]);
+        self.ant1_r.extend(&other.ant1_r[from..to]);
+        self.ant2_r.extend(&other.ant2_r[from..to]);
+        self.field_r.extend(&other.field_r[from..to]);
+        self.freq_setup_r.extend(&other.freq_setup_r[from..to]);
+        self.vis_jy_rfp.extend(&other.vis_jy_rfp[values.clone()]);
+        self.weight_rfp.extend(&other.weight_rfp[values.clone()]);
+        self.flag_rfp.extend(&other.flag_rfp[values]);
+    }
+}
+
+/// Visibility, weight and flag as a chunk keeps them, and whether it was flagged for not being
+/// finite; `weight` is negative where the sample is flagged. A value that is not finite is replaced by zero, so that zero weight times it is zero.
+pub(crate) fn settle(re: f32, im: f32, weight: f32) -> (Complex<f32>, f32, bool, bool) {
+    let finite_vis = re.is_finite() && im.is_finite();
+    let finite = finite_vis && weight.is_finite();
+    let good = finite && weight > 0.0;
+    let vis = if finite_vis {
+        Complex::new(re, im)
+    } else {
+        Complex::default()
+    };
+    let kept = if good { weight } else { 0.0 };
+    (
+        vis,
+        kept,
+        !good,
+        !finite && (weight > 0.0 || weight.is_nan()),
+    )
 }

@@ -21,7 +21,6 @@
 mod card;
 mod cfitsio;
 pub(crate) mod header;
-mod pending;
 #[cfg(test)]
 mod round_trip;
 pub(crate) mod scan;
@@ -30,8 +29,8 @@ mod table;
 mod tform;
 mod write;
 
+pub use crate::pending::{PendingFile, refuse_existing};
 pub use card::{Cards, Keyword, Value};
-pub use pending::{PendingFile, refuse_existing};
 pub use spec::{Column, ColumnData, TableSpec};
 pub use table::{ReadColumn, Table, is_fits, read_table};
 pub use write::{prepare_tables, write_tables};

@@ -7,7 +7,8 @@
 //! | format | read | write | how it is known |
 //! |---|---|---|---|
 //! | UVFITS (random groups, AIPS Memo 117) | [`UvfitsReader`] | [`UvfitsWriter`] | `SIMPLE` and `GROUPS = T` |
-//! | UVFITS in a table (AIPS `FITAB`), UVH5, Measurement Set | no: an error names it | no | `NAXIS1 = 777777701`, HDF5 signature, `table.dat` |
+//! | UVH5 (pyuvdata's HDF5, all versions) | [`Uvh5Reader`] | [`Uvh5Writer`] | HDF5 signature, groups `Header` and `Data` |
+//! | UVFITS in a table (AIPS `FITAB`), Measurement Set | no: an error names it | no | `NAXIS1 = 777777701`, `table.dat` |
 //!
 //! [`open`] goes by what stands in a file, never by its name. [`stokes_i`] makes total intensity of
 //! whatever correlations there are, with the weights that belong to it.
@@ -21,23 +22,36 @@
 //! ```
 //!
 //! The formats differ in the sense of a baseline and conjugate the data with it, so this holds for
-//! each of them with the stored values. Nothing here negates uvw or conjugates data.
+//! each of them with the stored values.
+//!
+//! # The sense of a baseline
+//! In a [`VisChunk`] (u, v, w) are those of r(ant1) - r(ant2), as in UVFITS. UVH5 has them the other way:
+//! its reader and its writer negate (u, v, w) and conjugate the data, always both, which changes signs
+//! only, loses nothing, and leaves the phase convention as it is. Beyond that nothing is turned round:
+//! a file whose coordinates go against its own format is told of in a warning, not repaired.
 
 mod chunk;
+mod date;
+mod direction;
 mod error;
 pub mod fits;
+mod frame;
+mod h5;
 mod observation;
 mod open;
+mod pending;
 mod reader;
 mod stokes;
 mod uvfits;
+mod uvh5;
 
 pub use chunk::VisChunk;
 pub use error::{ReadError, WriteError};
 pub use observation::{
-    Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, Observation, TimeScale,
+    Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, Observation, TimeScale, Uvh5Notes,
 };
 pub use open::open;
 pub use reader::{VisReader, VisWriter};
 pub use stokes::{NoStokesI, StokesIRule, stokes_i};
 pub use uvfits::{UvfitsReader, UvfitsWriter};
+pub use uvh5::{Uvh5Reader, Uvh5Writer};

@@ -33,6 +33,21 @@ pub struct Observation {
     pub history: Vec<String>,
     /// What the reader found odd but could live with, in words for the user.
     pub warnings: Vec<String>,
+    /// What only UVH5 files say; `None` for other formats.
+    pub uvh5: Option<Uvh5Notes>,
+}
+
+/// What only UVH5 files say of an observation.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Uvh5Notes {
+    /// Number of the spectral window of each channel.
+    pub spw_f: Vec<i64>,
+    /// Unit of the visibilities: `Jy`, `K str` or `uncalib`.
+    pub vis_units: String,
+    /// Whether I is the sum or the mean of the parallel hands: `sum` or `avg`, where given.
+    pub pol_convention: Option<String>,
+    /// What the first linear feed points at: `east` or `north`, where given.
+    pub x_orientation: Option<String>,
 }
 
 /// One antenna.

@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::uvfits::UvfitsReader;
+use crate::uvh5::Uvh5Reader;
 use crate::{ReadError, VisReader};
 
 /// First bytes of an HDF5 file (HDF5 File Format Specification 3.0, section II.A).
@@ -43,7 +44,7 @@ pub fn open(path: &Path) -> Result<Box<dyn VisReader>, ReadError> {
         return Ok(Box::new(UvfitsReader::open(path)?));
     }
     if start.starts_with(HDF5_SIGNATURE) {
-        return Err(unsupported("file", "UVH5 is not read yet; write UVFITS"));
+        return Ok(Box::new(Uvh5Reader::open(path)?));
     }
     Err(ReadError::Malformed {
         path: path.to_owned(),

@@ -30,8 +30,6 @@
 mod antennas;
 mod axes;
 mod baseline;
-mod date;
-mod direction;
 mod frame;
 mod frequencies;
 mod groups;

@@ -5,8 +5,11 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used)]
 
+use std::path::Path;
+
 use vis2cat_formats::{
-    Antenna, Corr, Field, FreqSetup, Observation, UvfitsWriter, VisChunk, VisWriter, open,
+    Antenna, Corr, Field, FreqSetup, Observation, UvfitsWriter, Uvh5Writer, VisChunk, VisWriter,
+    open,
 };
 
 /// Rows in a chunk, and chunks in the file: 120 MB.
@@ -15,31 +18,45 @@ const N_CHUNK: usize = 150;
 const N_CHAN: usize = 64;
 /// More than buffers of a megabyte and a chunk need, far less than the file.
 const MAX_GROWTH_KB: u64 = 12_000;
+/// HDF5 gathers chunks of a megabyte, of three arrays, and keeps caches of its own.
+const MAX_GROWTH_HDF5_KB: u64 = 24_000;
 
+/// One test for all formats: the peak never falls, so that the modest ones come first.
 #[test]
 fn memory_does_not_grow_with_the_file() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("large.uvfits");
     let observation = observation();
+    check(&folder.path().join("large.uvfits"), MAX_GROWTH_KB, |path| {
+        Box::new(UvfitsWriter::create(path, &observation, false).unwrap())
+    });
+    check(
+        &folder.path().join("large.uvh5"),
+        MAX_GROWTH_HDF5_KB,
+        |path| Box::new(Uvh5Writer::create(path, &observation, false).unwrap()),
+    );
+}
+
+fn check(path: &Path, max_growth_kb: u64, create: impl Fn(&Path) -> Box<dyn VisWriter>) {
     let mut chunk = chunk();
     let before_kb = peak_kb();
-
-    let mut writer = Box::new(UvfitsWriter::create(&path, &observation, false).unwrap());
-    for _ in 0..N_CHUNK {
+    let mut writer = create(path);
+    for i in 0..N_CHUNK {
+        // Times of their own, as real rows have.
+        chunk.time_mjd_r.fill(60_000.0 + i as f64 / 86_400.0);
         writer.write_chunk(&chunk).unwrap();
     }
     writer.finish().unwrap();
-    let mut reader = open(&path).unwrap();
+    let mut reader = open(path).unwrap();
     let mut n_row = 0;
     while reader.read_chunk(&mut chunk).unwrap() > 0 {
         n_row += chunk.n_row;
     }
 
     assert_eq!(n_row, N_ROW * N_CHUNK);
-    let file_kb = std::fs::metadata(&path).unwrap().len() / 1000;
+    let file_kb = std::fs::metadata(path).unwrap().len() / 1000;
     let growth_kb = peak_kb() - before_kb;
-    assert!(file_kb > 8 * MAX_GROWTH_KB);
-    assert!(growth_kb < MAX_GROWTH_KB, "grew by {growth_kb} kB");
+    assert!(file_kb > 3 * max_growth_kb, "{file_kb} kB");
+    assert!(growth_kb < max_growth_kb, "grew by {growth_kb} kB");
 }
 
 fn peak_kb() -> u64 {

@@ -1,16 +1,11 @@
 //! Celestial frames of old files, turned to ICRS.
 
-use sofars::pnp::prec76;
-use sofars::star::{fk5hz, fk45z};
 use vis2cat_formats::Frame;
 
 use super::{Lm, RaDec};
 use crate::rime::Source;
 use crate::rime::shape::Ellipticity;
 use crate::units::ARCSEC;
-
-const J2000: f64 = 2_451_545.0;
-const JULIAN_YEAR_DAYS: f64 = 365.25;
 
 /// A phase centre in ICRS, and how far the file's own axes are turned about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,9 +18,6 @@ pub struct IcrsCentre {
 
 impl IcrsCentre {
     /// The ICRS centre of a field whose phase centre is `native` in `frame`.
-    ///
-    /// # Source
-    /// IAU SOFA routines prec76, fk45z and fk5hz.
     pub fn new(native: RaDec, frame: Frame) -> Self {
         let centre = to_icrs(native, frame);
         let step_rad = 60.0 * ARCSEC;
@@ -63,32 +55,8 @@ impl IcrsCentre {
 }
 
 fn to_icrs(native: RaDec, frame: Frame) -> RaDec {
-    let fk5 = match frame {
-        Frame::Icrs => return native,
-        Frame::Fk5(equinox) => precess_to_j2000(native, equinox),
-        Frame::Fk4(equinox) => {
-            let (ra_rad, dec_rad) = fk45z(native.ra_rad, native.dec_rad, equinox);
-            RaDec { ra_rad, dec_rad }
-        }
-    };
-    let (ra_rad, dec_rad) = fk5hz(fk5.ra_rad, fk5.dec_rad, J2000, 0.0);
+    let (ra_rad, dec_rad) = frame.to_icrs(native.ra_rad, native.dec_rad);
     RaDec { ra_rad, dec_rad }
-}
-
-/// Precession from `equinox` to J2000 by the IAU 1976 angles.
-fn precess_to_j2000(native: RaDec, equinox: f64) -> RaDec {
-    let days = (equinox - 2000.0) * JULIAN_YEAR_DAYS;
-    let (zeta, z, theta) = prec76(J2000, days, J2000, 0.0);
-    let (sin_dec, cos_dec) = native.dec_rad.sin_cos();
-    let (sin_ra, cos_ra) = (native.ra_rad + zeta).sin_cos();
-    let (sin_theta, cos_theta) = theta.sin_cos();
-    let x = cos_theta * cos_dec * cos_ra - sin_theta * sin_dec;
-    let y = cos_dec * sin_ra;
-    let sin_new = sin_theta * cos_dec * cos_ra + cos_theta * sin_dec;
-    RaDec {
-        ra_rad: (y.atan2(x) + z).rem_euclid(std::f64::consts::TAU),
-        dec_rad: sin_new.atan2(x.hypot(y)),
-    }
 }
 
 #[cfg(test)]

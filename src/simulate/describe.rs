@@ -45,6 +45,7 @@ pub(super) fn describe(
             if config.noise { "on" } else { "off" }
         )],
         warnings: Vec::new(),
+        uvh5: None,
     }
 }
 

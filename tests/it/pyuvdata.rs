@@ -39,6 +39,26 @@ fn simulated(folder: &Path) -> Vec<PathBuf> {
 /// Values both ways, strict checks, and `fitsverify`: see `scripts/check_uvfits.py`.
 #[test]
 fn pyuvdata_reads_what_we_read_in_our_simulated_files() {
+    if !has_command("fitsverify") {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    check_with("scripts/check_uvfits.py", &simulated(folder.path()));
+}
+
+/// The same for UVH5, of simulated files and of what pyuvdata wrote: see `scripts/check_uvh5.py`.
+#[test]
+fn pyuvdata_reads_what_we_read_and_write_as_uvh5() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut files = simulated(folder.path());
+    let entries = std::fs::read_dir(in_repository("fixtures/good")).unwrap();
+    let fixtures = entries.map(|entry| entry.unwrap().path());
+    files.extend(fixtures.filter(|path| path.extension().is_some_and(|e| e == "uvh5")));
+    check_with("scripts/check_uvh5.py", &files);
+}
+
+/// Runs a script that needs pyuvdata and the examples of the formats.
+fn check_with(script: &str, files: &[PathBuf]) {
     let Some(python) = python_with("pyuvdata") else {
         return;
     };
@@ -49,14 +69,9 @@ fn pyuvdata_reads_what_we_read_in_our_simulated_files() {
     {
         return skipped("the examples of vis2cat-formats are not built; test the whole workspace");
     }
-    if !has_command("fitsverify") {
-        return;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let files = simulated(folder.path());
     let mut args: Vec<&Path> = vec![Path::new("--target"), build];
     args.extend(files.iter().map(PathBuf::as_path));
-    run(&python, "scripts/check_uvfits.py", &args);
+    run(&python, script, &args);
 }
 
 /// To a millimetre: see `scripts/check_simulate_uvw.py`.

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use super::card::print::to_ascii;
 use super::cfitsio::{CfitsioError, MemoryFits};
-use super::pending::{PendingFile, refuse_existing};
 use super::spec::{Column, ColumnData, TableSpec, empty_primary};
 use super::{BLOCK_BYTES, Cards};
 use crate::WriteError;
+use crate::pending::{PendingFile, refuse_existing};
 
 /// Most columns of a table (Standard, section 7.3.1).
 const MAX_COLUMNS: usize = 999;

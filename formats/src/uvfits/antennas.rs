@@ -5,7 +5,7 @@
 
 use std::fs::File;
 
-use super::date;
+use crate::date;
 use crate::fits::Table;
 use crate::fits::header::{Header, Place};
 use crate::fits::scan::Hdu;

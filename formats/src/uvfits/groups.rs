@@ -6,6 +6,7 @@
 use num_complex::Complex;
 
 use super::axes::Axes;
+use crate::chunk::settle;
 use crate::fits::header::Header;
 use crate::{ReadError, VisChunk};
 
@@ -180,26 +181,6 @@ fn is_plain(axes: &Axes) -> bool {
         && in_place(axes.stokes.len, axes.stokes.stride, 3)
         && in_place(axes.freq.len, axes.freq.stride, per_chan)
         && in_place(axes.n_if.len, axes.n_if.stride, per_chan * axes.freq.len)
-}
-
-/// Visibility, weight and flag as a chunk keeps them, and whether it was flagged for not being
-/// finite. A value that is not finite is replaced by zero, so that zero weight times it is zero.
-fn settle(re: f32, im: f32, weight: f32) -> (Complex<f32>, f32, bool, bool) {
-    let finite_vis = re.is_finite() && im.is_finite();
-    let finite = finite_vis && weight.is_finite();
-    let good = finite && weight > 0.0;
-    let vis = if finite_vis {
-        Complex::new(re, im)
-    } else {
-        Complex::default()
-    };
-    let kept = if good { weight } else { 0.0 };
-    (
-        vis,
-        kept,
-        !good,
-        !finite && (weight > 0.0 || weight.is_nan()),
-    )
 }
 
 #[cfg(test)]

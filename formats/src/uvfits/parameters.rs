@@ -4,8 +4,8 @@
 //! FITS Standard 4.0, section 6.1.2 (repeated names are summed); memo, section 3.1.2.
 
 use super::C_M_S;
-use super::date::{CarefulSum, MJD_ZERO_JD};
 use crate::ReadError;
+use crate::date::{CarefulSum, MJD_ZERO_JD};
 use crate::fits::header::Header;
 
 /// Most parameters that the standard's three digits allow.

@@ -3,7 +3,7 @@
 //! # Source
 //! Memo, section 3.1.
 
-use super::date::{self, MJD_ZERO_JD};
+use crate::date::{self, MJD_ZERO_JD};
 use crate::fits::{CARD_BYTES, Cards};
 use crate::{Corr, Frame, FreqSetup, Observation};
 

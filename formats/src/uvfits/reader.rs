@@ -7,12 +7,12 @@ use std::path::Path;
 use super::antennas::{Antennas, ArrayHeader};
 use super::axes::Axes;
 use super::baseline::{self, Pair};
-use super::date;
-use super::direction;
 use super::frequencies::Frequencies;
 use super::groups::Layout;
 use super::parameters::{Parameters, Projection, Quantity, from_ncp};
 use super::sources::Sources;
+use crate::date;
+use crate::direction;
 use crate::fits::header::{Header, Place};
 use crate::fits::scan::{self, Hdu};
 use crate::{Observation, ReadError, VisChunk, VisReader};
@@ -22,6 +22,11 @@ const BUFFER_BYTES: usize = 1 << 20;
 
 /// Rows looked at to tell which way the baselines run.
 const DIRECTION_ROWS: u64 = 64;
+/// How UVFITS has them run.
+const DIRECTION: direction::Words = direction::Words {
+    coordinates: "UU, VV, WW",
+    wrong_way: "from antenna 1 to antenna 2, against the UVFITS convention",
+};
 
 /// Reads a UVFITS file.
 ///
@@ -204,7 +209,7 @@ impl UvfitsReader {
         }
         self.observation
             .warnings
-            .extend(direction::verdict(&evidence));
+            .extend(direction::verdict(&evidence, &DIRECTION));
         Ok(())
     }
 

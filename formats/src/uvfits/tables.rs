@@ -4,8 +4,8 @@
 //! Memo, sections 4.1 (AN), 4.7 (FQ), 4.13 (SU): all columns that it lists are there, for readers
 //! that ask for each.
 
-use super::date;
 use super::plan::{Plan, reference_day};
+use crate::date;
 use crate::fits::{Cards, Column, ColumnData, TableSpec, extensions};
 use crate::{Corr, Frame, Observation, TimeScale};
 

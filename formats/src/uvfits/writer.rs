@@ -7,11 +7,6 @@ use super::{C_M_S, baseline, tables};
 use crate::fits::{BLOCK_BYTES, Cards, PendingFile, refuse_existing};
 use crate::{Observation, VisChunk, VisWriter, WriteError};
 
-/// Times beyond this have no calendar day [day].
-const MAX_MJD: f64 = 1e6;
-/// Coordinates beyond this are mistakes: the Moon is at 4e8 m.
-const MAX_UVW_M: f64 = 1e15;
-
 /// Writes a UVFITS file.
 ///
 /// Rows go to a hidden file beside the target, which takes the target's name in
@@ -136,66 +131,6 @@ impl UvfitsWriter {
         }
     }
 
-    /// A chunk must have the observation's shape and name only what that has.
-    fn check(&self, chunk: &VisChunk) -> Result<(), String> {
-        let (n_chan, n_corr) = (self.plan.n_chan, self.plan.corr_order.len());
-        if (chunk.n_chan, chunk.n_corr) != (n_chan, n_corr) {
-            return Err(format!(
-                "a chunk has {} channels and {} correlations, the observation {n_chan} and {n_corr}",
-                chunk.n_chan, chunk.n_corr
-            ));
-        }
-        let n_row = chunk.n_row;
-        let n_value = n_row * n_chan * n_corr;
-        let lens = [
-            (chunk.uvw_m_r.len(), n_row),
-            (chunk.time_mjd_r.len(), n_row),
-            (chunk.interval_s_r.len(), n_row),
-            (chunk.ant1_r.len(), n_row),
-            (chunk.ant2_r.len(), n_row),
-            (chunk.field_r.len(), n_row),
-            (chunk.freq_setup_r.len(), n_row),
-            (chunk.vis_jy_rfp.len(), n_value),
-            (chunk.weight_rfp.len(), n_value),
-            (chunk.flag_rfp.len(), n_value),
-        ];
-        if lens.iter().any(|(found, wanted)| found != wanted) {
-            return Err(format!(
-                "a chunk of {n_row} rows has arrays of other lengths"
-            ));
-        }
-        let observation = &self.observation;
-        let indices = [
-            ("antenna", &chunk.ant1_r, observation.antennas.len()),
-            ("antenna", &chunk.ant2_r, observation.antennas.len()),
-            ("field", &chunk.field_r, observation.fields.len()),
-            (
-                "frequency set-up",
-                &chunk.freq_setup_r,
-                observation.freq_setups.len(),
-            ),
-        ];
-        for (what, values, len) in indices {
-            if let Some(row) = values.iter().position(|&index| index as usize >= len) {
-                let at = self.n_row + row as u64 + 1;
-                return Err(format!("row {at}: {what} {} of {len}", values[row]));
-            }
-        }
-        let sound = |row: &usize| {
-            chunk.time_mjd_r[*row].abs() < MAX_MJD
-                && chunk.uvw_m_r[*row].iter().all(|x| x.abs() < MAX_UVW_M)
-        };
-        match (0..n_row).find(|row| !sound(row)) {
-            Some(row) => Err(format!(
-                "row {}: MJD {} or (u, v, w) {:?} m cannot be",
-                self.n_row + row as u64 + 1,
-                chunk.time_mjd_r[row],
-                chunk.uvw_m_r[row]
-            )),
-            None => Ok(()),
-        }
-    }
-
     fn parameter_error(&self, what: String) -> WriteError {
         WriteError::Parameter {
             path: self.file.path().to_owned(),
@@ -224,7 +159,8 @@ impl VisWriter for UvfitsWriter {
         if chunk.n_row == 0 {
             return Ok(());
         }
-        self.check(chunk)
+        chunk
+            .check(&self.observation, self.n_row)
             .map_err(|what| self.parameter_error(what))?;
         let started = match self.started {
             Some(started) => started,

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::support::{Numbers, files, fixtures, read};
+use crate::support::{Numbers, fixtures, read, visibility_files};
 
 fn numbers(value: &Value) -> Vec<f64> {
     value
@@ -20,15 +20,15 @@ fn close(found: f64, wanted: f64, tolerance: f64) {
     );
 }
 
-/// `scripts/make_good_uvfits.py` has put what pyuvdata finds beside each file.
+/// `scripts/make_good_*.py` have put what pyuvdata finds beside each file.
 #[test]
 fn good_files_hold_what_pyuvdata_finds_in_them() {
-    let paths = files(&fixtures("good"), "uvfits");
+    let paths = visibility_files(&fixtures("good"));
     assert!(!paths.is_empty());
     for path in paths {
         let text = std::fs::read_to_string(path.with_extension("json")).unwrap();
         let wanted: Value = serde_json::from_str(&text).unwrap();
-        let (observation, rows) = read(&path, 7).unwrap();
+        let (observation, rows) = read(&path, 7).unwrap_or_else(|error| panic!("{error}"));
         let count = |key: &str| wanted[key].as_u64().unwrap() as usize;
         assert_eq!(rows.n_row, count("n_row"));
         assert_eq!(observation.n_row as usize, count("n_row"));
@@ -93,13 +93,14 @@ fn good_files_hold_what_pyuvdata_finds_in_them() {
     }
 }
 
-/// `scripts/make_bad_uvfits.py` has put the message beside each file.
+/// `scripts/make_bad_*.py` have put the message beside each file.
 #[test]
 fn bad_files_get_their_messages() {
-    let paths = files(&fixtures("bad"), "uvfits");
+    let paths = visibility_files(&fixtures("bad"));
     assert!(paths.len() > 50);
     for path in paths {
-        let wanted = std::fs::read_to_string(path.with_extension("uvfits.txt")).unwrap();
+        let beside = format!("{}.txt", path.display());
+        let wanted = std::fs::read_to_string(beside).unwrap();
         let error = read(&path, 2)
             .expect_err(&path.display().to_string())
             .to_string();
@@ -150,7 +151,7 @@ fn scratched_files_never_panic() {
     let folder = tempfile::tempdir().unwrap();
     let scratched = folder.path().join("scratched.uvfits");
     let mut random = Numbers(7);
-    for path in files(&fixtures("good"), "uvfits") {
+    for path in visibility_files(&fixtures("good")) {
         let whole = std::fs::read(&path).unwrap();
         for _ in 0..400 {
             let mut bytes = whole.clone();

@@ -9,4 +9,5 @@ mod made;
 mod real;
 mod round_trip;
 mod support;
+mod uvh5;
 mod writing;

@@ -49,3 +49,43 @@ fn files_of_other_software_are_read() {
         assert_eq!(all_flagged, expected, "{name}");
     }
 }
+
+/// File, and what there is to say: from pyuvdata 3.2.8.
+const UNPHASED: [(&str, &str); 3] = [
+    ("simulated_bda_file", "Header/phase_type: is 'unknown'"),
+    (
+        "zen.2458098.45361.HH_downselected",
+        "Header/phase_type: is 'drift'",
+    ),
+    (
+        "zen.2458432.34569",
+        "Header/phase_center_catalog: 'zenith' is of type 'unprojected'",
+    ),
+];
+
+#[test]
+fn uvh5_files_of_correlators_are_read_or_told_why_not() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
+    for (name, why) in UNPHASED {
+        let path = folder.join(format!("{name}.uvh5"));
+        if path.is_file() {
+            let error = read(&path, 1000).unwrap_err().to_string();
+            let found = error
+                .strip_prefix(&format!("{}: ", path.display()))
+                .unwrap();
+            assert!(found.starts_with(why), "{error}");
+        }
+    }
+    let path = folder.join("ata.LoA.C0352.uvh5_60647_62965_9760406_3c286_0001.uvh5");
+    if path.is_file() {
+        let (observation, rows) = read(&path, 100).unwrap();
+        assert_eq!((rows.n_row, rows.n_chan, rows.n_corr), (406, 16, 4));
+        assert_eq!(observation.antennas.len(), 42);
+        assert_eq!(observation.fields[0].name, "3c286");
+        // Its nsamples are -1.2e12 throughout; the baselines run as they should.
+        assert_eq!(observation.warnings.len(), 2, "{:?}", observation.warnings);
+        assert!(observation.warnings[1].starts_with("no nsample is positive"));
+        let n_flagged = rows.flag_rfp.iter().filter(|&&flag| flag).count();
+        assert_eq!(n_flagged, 0);
+    }
+}

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use num_complex::Complex;
 use vis2cat_formats::{
     Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, Observation, ReadError, TimeScale,
-    UvfitsWriter, VisChunk, VisReader, VisWriter, open,
+    UvfitsWriter, Uvh5Writer, VisChunk, VisReader, VisWriter, open,
 };
 
 /// The repository's `fixtures/NAME`.
@@ -13,6 +13,13 @@ pub(crate) fn fixtures(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../fixtures")
         .join(name)
+}
+
+/// Files of a folder with visibilities, whatever their format, sorted.
+pub(crate) fn visibility_files(folder: &Path) -> Vec<PathBuf> {
+    let mut paths = files(folder, "uvfits");
+    paths.extend(files(folder, "uvh5"));
+    paths
 }
 
 /// Files of a folder with an extension, sorted.
@@ -107,6 +114,7 @@ pub(crate) fn observation(shape: &Shape) -> Observation {
         },
         history: vec!["AIPS WTSCAL = 1.0".into(), "made for a test".into()],
         warnings: Vec::new(),
+        uvh5: None,
     }
 }
 
@@ -161,16 +169,25 @@ pub(crate) fn chunk(shape: &Shape) -> VisChunk {
     chunk
 }
 
+/// A writer of the format that the path's extension names.
+pub(crate) fn writer(path: &Path, observation: &Observation) -> Box<dyn VisWriter> {
+    if path.extension().unwrap() == "uvh5" {
+        Box::new(Uvh5Writer::create(path, observation, false).unwrap())
+    } else {
+        Box::new(UvfitsWriter::create(path, observation, false).unwrap())
+    }
+}
+
 /// Writes one chunk.
 pub(crate) fn write(path: &Path, observation: &Observation, chunk: &VisChunk) {
-    let mut writer = Box::new(UvfitsWriter::create(path, observation, false).unwrap());
+    let mut writer = writer(path, observation);
     writer.write_chunk(chunk).unwrap();
     writer.finish().unwrap();
 }
 
 /// Whether a warning says that coordinates and antenna positions disagree, as random ones do.
 pub(crate) fn is_about_direction(warning: &str) -> bool {
-    warning.starts_with("UU, VV, WW")
+    warning.starts_with("UU, VV, WW") || warning.starts_with("uvw_array")
 }
 
 /// Reads a file from front to back, `max_row` rows at a time, into one chunk.

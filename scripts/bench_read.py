@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Time reading a UVFITS file, ours against pyuvdata's.
+"""Time reading a UVFITS or UVH5 file, ours against pyuvdata's.
 
-    bench_uvfits.py FILE.uvfits [--megabytes 300]
+    bench_read.py FILE [--megabytes 300]
 
-The groups of FILE are repeated until the file has the size wanted. Both readers run in processes
-of their own with the file in the page cache; the fastest of five passes counts for us, of three
-for pyuvdata (metadata checks off). Build first: `cargo build --release -p vis2cat-formats --examples`.
+The rows of FILE are repeated until the file has the size wanted; UVH5 is chunked and compressed
+as pyuvdata does it. Both readers run in processes of their own with the file in the page cache; the
+fastest of five passes counts for us, of three for pyuvdata (metadata checks off). Build first:
+`cargo build --release -p vis2cat-formats --examples`. UVH5 needs h5py.
 """
 
 import argparse
@@ -26,14 +27,47 @@ best = 1e9
 for _ in range(3):
     start = time.perf_counter()
     uv = UVData()
-    uv.read_uvfits(sys.argv[1], run_check=False, fix_old_proj=False)
+    if sys.argv[1].endswith(".uvh5"):
+        uv.read_uvh5(sys.argv[1], run_check=False, fix_old_proj=False)
+    else:
+        uv.read_uvfits(sys.argv[1], run_check=False, fix_old_proj=False)
     best = min(best, time.perf_counter() - start)
 peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
 print(json.dumps({"seconds": best, "rows": int(uv.Nblts), "peak_mb": peak}))
 """
 
 
-def inflate(source, target, wanted_bytes):
+def inflate_uvh5(source, target, wanted_bytes):
+    """Repeats the rows of a file; their times may be those of other rows."""
+    import h5py
+    import numpy as np
+
+    with h5py.File(source) as old, h5py.File(target, "w") as new:
+        n_row = int(old["Header/Nblts"][()])
+        n_byte = sum(old["Data"][name].nbytes for name in old["Data"])
+        times = max(1, wanted_bytes // n_byte)
+        old.copy("Header", new)
+        for name, array in old["Header"].items():
+            if isinstance(array, h5py.Dataset) and array.shape and array.shape[0] == n_row \
+                    and name.endswith(PER_ROW):
+                del new["Header"][name]
+                new["Header"][name] = np.concatenate([array[()]] * times)
+        new["Header/Nblts"][()] = n_row * times
+        for name, array in old["Data"].items():
+            packing = None if name == "visdata" else "lzf"
+            made = new.create_dataset(f"Data/{name}", (n_row * times, *array.shape[1:]),
+                                      array.dtype, chunks=True, compression=packing)
+            some = max(1, 10**7 // array.nbytes)
+            rows = np.concatenate([array[()]] * some)
+            for at in range(0, len(made), len(rows)):
+                made[at:at + len(rows)] = rows[:len(made) - at]
+
+
+PER_ROW = ("uvw_array", "time_array", "integration_time", "lst_array", "ant_1_array", "ant_2_array",
+           "phase_center_id_array", "app_ra", "app_dec", "frame_pa")
+
+
+def inflate_uvfits(source, target, wanted_bytes):
     """Repeats the groups of a file."""
     raw = source.read_bytes()
     cards = [raw[i:i + 80] for i in range(0, len(raw), 80)]
@@ -67,7 +101,8 @@ def main():
     parser.add_argument("--megabytes", type=int, default=300)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        big = pathlib.Path(folder) / "big.uvfits"
+        big = pathlib.Path(folder) / f"big{arguments.file.suffix}"
+        inflate = inflate_uvh5 if big.suffix == ".uvh5" else inflate_uvfits
         inflate(arguments.file, big, arguments.megabytes * 10**6)
         run = lambda *command: json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
         ours = run(ROOT / "target/release/examples/read_speed", big)

@@ -1,4 +1,4 @@
-//! Do the stored baselines run the way the memo says?
+//! Do the stored baselines run the way the format says?
 //!
 //! A file whose u, v, w were turned round without its data being conjugated shows every source at
 //! the opposite side of the phase centre, and nothing in it looks wrong. So the stored baselines of
@@ -20,7 +20,7 @@
 //! Mean sidereal time with UT1 = UTC, no precession or nutation: a third of a degree for J2000
 //! positions today, which is nothing to a question of sign.
 
-use super::date::{DEG_PER_DAY, gmst0_deg};
+use crate::date::{DEG_PER_DAY, gmst0_deg};
 
 /// Cosine of the angle between stored and computed from which they are taken to agree.
 const AGREE_COS: f64 = 0.9;
@@ -33,7 +33,7 @@ const MIN_LENGTH_M: f64 = 1.0;
 
 /// What one row says.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Evidence {
+pub(crate) struct Evidence {
     /// Cosine of the angle between stored and computed.
     cos: f64,
     /// Stored over computed length.
@@ -41,7 +41,7 @@ pub(super) struct Evidence {
 }
 
 /// Compares one row; `None` where its baseline is too short.
-pub(super) fn compare(
+pub(crate) fn compare(
     uvw_m: [f64; 3],
     positions_m: [[f64; 3]; 2],
     time_mjd: f64,
@@ -71,8 +71,21 @@ fn project(b_m: [f64; 3], time_mjd: f64, (ra_rad, dec_rad): (f64, f64)) -> [f64;
     ]
 }
 
-/// A warning in words where the rows do not agree with the memo.
-pub(super) fn verdict(evidence: &[Evidence]) -> Option<String> {
+/// What a format calls its coordinates, for warnings.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Words {
+    /// The coordinates by their name in the file.
+    pub(crate) coordinates: &'static str,
+    /// How the baselines run where they run the wrong way, and against what.
+    pub(crate) wrong_way: &'static str,
+}
+
+/// A warning in words where the rows do not agree with the format.
+pub(crate) fn verdict(evidence: &[Evidence], words: &Words) -> Option<String> {
+    let Words {
+        coordinates,
+        wrong_way,
+    } = words;
     if evidence.len() < MIN_ROWS {
         return None;
     }
@@ -80,15 +93,15 @@ pub(super) fn verdict(evidence: &[Evidence]) -> Option<String> {
     let ratio = median(evidence.iter().map(|e| e.ratio));
     if !LENGTHS.contains(&ratio) || cos.abs() < AGREE_COS {
         return Some(format!(
-            "UU, VV, WW do not agree with the antenna positions (length ratio {ratio:.3}, cosine \
+            "{coordinates} do not agree with the antenna positions (length ratio {ratio:.3}, cosine \
              {cos:.3}); they are used as stored"
         ));
     }
     (cos < 0.0).then(|| {
-        "UU, VV, WW run from antenna 1 to antenna 2, against the UVFITS convention; they are used as \
-         stored, and unless the data were conjugated with them sources appear at the opposite side \
-         of the phase centre"
-            .to_owned()
+        format!(
+            "{coordinates} run {wrong_way}; they are used as stored, and unless the data were \
+             conjugated with them sources appear at the opposite side of the phase centre"
+        )
     })
 }
 
@@ -102,6 +115,10 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 mod tests {
     use super::*;
 
+    const WORDS: Words = Words {
+        coordinates: "UU, VV, WW",
+        wrong_way: "from antenna 1 to antenna 2",
+    };
     const MJD: f64 = 60_000.3;
     const CENTRE_RAD: (f64, f64) = (1.0, -0.5);
 
@@ -117,10 +134,18 @@ mod tests {
 
     #[test]
     fn the_direction_and_the_unit_are_judged() {
-        assert_eq!(verdict(&rows(1.0)), None);
-        assert!(verdict(&rows(-1.0)).unwrap().contains("run from antenna 1"));
-        assert!(verdict(&rows(0.21)).unwrap().contains("length ratio 0.210"));
-        assert_eq!(verdict(&rows(-1.0)[..4]), None);
+        assert_eq!(verdict(&rows(1.0), &WORDS), None);
+        assert!(
+            verdict(&rows(-1.0), &WORDS)
+                .unwrap()
+                .contains("run from antenna 1")
+        );
+        assert!(
+            verdict(&rows(0.21), &WORDS)
+                .unwrap()
+                .contains("length ratio 0.210")
+        );
+        assert_eq!(verdict(&rows(-1.0)[..4], &WORDS), None);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Days and their fractions.
 
 /// Julian date of the modified Julian date 0.
-pub(super) const MJD_ZERO_JD: f64 = 2_400_000.5;
+pub(crate) const MJD_ZERO_JD: f64 = 2_400_000.5;
 /// Modified Julian date of 1970-01-01.
 const UNIX_EPOCH_MJD: i64 = 40_587;
 
@@ -9,7 +9,7 @@ const UNIX_EPOCH_MJD: i64 = 40_587;
 ///
 /// # Source
 /// IERS Conventions (2010), section 5.5.3: 360 · 1.002 737 909 350 795.
-pub(super) const DEG_PER_DAY: f64 = 360.985_647_366_286_2;
+pub(crate) const DEG_PER_DAY: f64 = 360.985_647_366_286_2;
 
 /// A sum that loses nothing to the order or the size of its terms.
 ///
@@ -18,14 +18,14 @@ pub(super) const DEG_PER_DAY: f64 = 360.985_647_366_286_2;
 /// # Source
 /// Neumaier, Z. Angew. Math. Mech. 54, 39 (1974).
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct CarefulSum {
+pub(crate) struct CarefulSum {
     sum: f64,
     lost: f64,
 }
 
 impl CarefulSum {
     /// Adds a term.
-    pub(super) fn add(&mut self, term: f64) {
+    pub(crate) fn add(&mut self, term: f64) {
         let sum = self.sum + term;
         self.lost += if self.sum.abs() >= term.abs() {
             (self.sum - sum) + term
@@ -36,7 +36,7 @@ impl CarefulSum {
     }
 
     /// The sum.
-    pub(super) fn total(self) -> f64 {
+    pub(crate) fn total(self) -> f64 {
         self.sum + self.lost
     }
 }
@@ -45,7 +45,7 @@ impl CarefulSum {
 ///
 /// `YYYY-MM-DD`, with or without a time, or `DD/MM/YY` of the twentieth century (FITS Standard,
 /// section 4.4.2.1). `None` where the text is cut or no day: real files have `'2006-06-'`.
-pub(super) fn parse_day(text: &str) -> Option<String> {
+pub(crate) fn parse_day(text: &str) -> Option<String> {
     let day = text.split('T').next()?.trim();
     let parts: Vec<&str> = day.split(['-', '/']).collect();
     let &[first, month, last] = parts.as_slice() else {
@@ -66,7 +66,7 @@ pub(super) fn parse_day(text: &str) -> Option<String> {
 ///
 /// # Source
 /// Hinnant, "chrono-Compatible Low-Level Date Algorithms" (`civil_from_days`).
-pub(super) fn day_of_mjd(mjd: f64) -> String {
+pub(crate) fn day_of_mjd(mjd: f64) -> String {
     let z = mjd.floor() as i64 - UNIX_EPOCH_MJD + 719_468;
     let era = z.div_euclid(146_097);
     let doe = z.rem_euclid(146_097);
@@ -83,7 +83,7 @@ pub(super) fn day_of_mjd(mjd: f64) -> String {
 ///
 /// # Source
 /// As [`day_of_mjd`] (`days_from_civil`).
-pub(super) fn mjd_of_day(day: &str) -> Option<f64> {
+pub(crate) fn mjd_of_day(day: &str) -> Option<f64> {
     let mut parts = day.splitn(3, '-').map(|part| part.parse::<i64>().ok());
     let (year, month, day) = (parts.next()??, parts.next()??, parts.next()??);
     let year = if month <= 2 { year - 1 } else { year };
@@ -98,7 +98,7 @@ pub(super) fn mjd_of_day(day: &str) -> Option<f64> {
 ///
 /// # Source
 /// IAU 1982: Aoki et al., Astron. Astrophys. 105, 359, eq. 14.
-pub(super) fn gmst0_deg(mjd: f64) -> f64 {
+pub(crate) fn gmst0_deg(mjd: f64) -> f64 {
     let t = (mjd.floor() - 51_544.5) / 36_525.0;
     let seconds = 24_110.548_41 + t * (8_640_184.812_866 + t * (0.093_104 - t * 6.2e-6));
     (seconds / 240.0).rem_euclid(360.0)

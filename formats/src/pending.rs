@@ -53,6 +53,14 @@ impl PendingFile {
         &self.path
     }
 
+    /// Where the file stands until it has its name: for libraries that write by name.
+    ///
+    /// What they write must be complete and closed before [`commit`](Self::commit), and nothing
+    /// may be [appended](Self::append).
+    pub(crate) fn temp_path(&self) -> &Path {
+        self.file.get_ref().path()
+    }
+
     /// Appends.
     ///
     /// # Errors

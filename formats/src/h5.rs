@@ -1,0 +1,39 @@
+//! What this package needs of HDF5 over libhdf5, with no radio meaning.
+//!
+//! Structure first: a dataset is looked at (shape, type, layout, filters, bytes in the file) and its
+//! size proven to be in the file before anything of that size is allocated. All input and output is
+//! the library's. What leads out of the file, or needs a filter that is not there, is refused with
+//! an error that says what to do.
+//!
+//! libhdf5 is not made for threads: the crate over it holds one lock for the whole process.
+//!
+//! # Source
+//! HDF5 File Format Specification 3.0; HDF5 1.14 Reference Manual.
+
+mod dataset;
+mod filter;
+mod group;
+mod number;
+mod text;
+mod write;
+
+pub(crate) use dataset::{Dataset, Kind};
+pub(crate) use group::Group;
+pub(crate) use write::{Growing, NewFile, NewGroup, Packing};
+
+/// The library's words, in one line.
+fn words(error: &hdf5::Error) -> String {
+    error.to_string().replace('\n', " ")
+}
+
+/// What cannot be read, and what to do about it.
+fn unreadable(error: &hdf5::Error) -> String {
+    let words = words(error);
+    // What every part of a file says first is the version of its layout.
+    let advice = if words.contains("bad version number") {
+        "it is damaged, or of a newer layout than HDF5 1.14 knows: rewrite it with h5repack --high=v114"
+    } else {
+        "the file is damaged or truncated: copy it again"
+    };
+    format!("cannot be read ({words}); {advice}")
+}

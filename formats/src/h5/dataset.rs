@@ -1,0 +1,282 @@
+//! A dataset: what it says of itself, and whether the file bears it out.
+
+use std::path::{Path, PathBuf};
+
+use hdf5::types::TypeDescriptor;
+use hdf5::{H5Type, Hyperslab, SliceOrIndex};
+
+use super::{filter, unreadable};
+use crate::ReadError;
+
+/// How many bytes a filter can make of one: deflate's bound is 1032, LZF's 88 (zlib manual, "Maximum
+/// expansion factor").
+const MAX_EXPANSION: u128 = 1100;
+
+/// Chunks that a filter makes whole must fit into memory; writers make chunks of about a megabyte.
+const MAX_FILTERED_CHUNK_BYTES: u64 = 1 << 28;
+
+/// Most bytes in memory of what is read in one piece: a few kilobytes packed can become as many
+/// megabytes, and a channel or an antenna takes 64 at most.
+const MAX_HEADER_BYTES: u128 = 1 << 28;
+
+/// What the elements are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Whole numbers.
+    Whole,
+    /// Real numbers.
+    Real,
+    /// h5py's booleans: an enumeration of FALSE and TRUE.
+    Boolean,
+    /// A compound of numbers `r` and `i`.
+    Complex,
+    /// A string of that many bytes.
+    FixedText(usize),
+    /// Strings of any length, elsewhere in the file.
+    VariableText,
+    /// Anything else.
+    Other,
+}
+
+/// A dataset with a value.
+#[derive(Debug)]
+pub(crate) struct Dataset {
+    path: PathBuf,
+    name: String,
+    inner: hdf5::Dataset,
+    /// Elements along each axis, slowest first; empty for a scalar.
+    pub(crate) shape: Vec<usize>,
+    /// What the elements are.
+    pub(crate) kind: Kind,
+    /// Elements of a chunk along each axis, where the dataset is cut into chunks.
+    pub(crate) chunk: Option<Vec<usize>>,
+    /// Whether chunks are compressed or otherwise changed.
+    pub(crate) filtered: bool,
+    element_bytes: usize,
+}
+
+impl Dataset {
+    /// Looks at a dataset; `None` where it has no value.
+    pub(super) fn look(
+        path: &Path,
+        name: String,
+        dataset: hdf5::Dataset,
+    ) -> Result<Option<Self>, ReadError> {
+        let damaged = |error: hdf5::Error| ReadError::Malformed {
+            path: path.to_owned(),
+            place: name.clone(),
+            what: unreadable(&error),
+        };
+        let space = dataset.space().map_err(damaged)?;
+        if space.is_null() {
+            return Ok(None);
+        }
+        let shape = space.shape();
+        let dtype = dataset.dtype().map_err(damaged)?;
+        let element_bytes = dtype.size();
+        let kind = dtype.to_descriptor().map_or(Kind::Other, |d| kind(&d));
+        let plist = dataset.dcpl().map_err(damaged)?;
+        let chunk = plist.get_chunk().map_err(damaged)?;
+        let filters = filter::pipeline(&plist);
+        let found = Self {
+            filtered: filters.as_ref().map_or(true, |list| !list.is_empty()),
+            path: path.to_owned(),
+            name,
+            inner: dataset,
+            shape,
+            kind,
+            chunk,
+            element_bytes,
+        };
+        found.check_place(&plist)?;
+        filters
+            .and_then(|list| filter::check(&list, found.chunk_bytes()))
+            .map_err(|what| found.unsupported(what))?;
+        found.check_shape()?;
+        Ok(Some(found))
+    }
+
+    /// The data must stand in this file.
+    fn check_place(&self, plist: &hdf5::plist::DatasetCreate) -> Result<(), ReadError> {
+        let elsewhere = plist.get_external().map_or(true, |list| !list.is_empty())
+            || plist
+                .get_layout()
+                .is_ok_and(|l| l == hdf5::dataset::Layout::Virtual);
+        if elsewhere {
+            let what = "the data stand in another file, which is not followed; copy them into this \
+                        file, with h5repack";
+            return Err(self.unsupported(what));
+        }
+        Ok(())
+    }
+
+    fn check_shape(&self) -> Result<(), ReadError> {
+        if self.element_bytes == 0 || self.bytes() > u128::from(u64::MAX >> 1) {
+            let what = format!(
+                "its shape {:?} is of more bytes than any file has",
+                self.shape
+            );
+            return Err(self.malformed(what));
+        }
+        if self.filtered && self.chunk_bytes() > MAX_FILTERED_CHUNK_BYTES {
+            let what = format!(
+                "its chunks are of {} bytes each and have to be unpacked whole; write smaller ones, \
+                 with h5repack",
+                self.chunk_bytes()
+            );
+            return Err(self.unsupported(what));
+        }
+        Ok(())
+    }
+
+    fn bytes(&self) -> u128 {
+        product(&self.shape).saturating_mul(self.element_bytes as u128)
+    }
+
+    fn chunk_bytes(&self) -> u64 {
+        let elements = self.chunk.as_deref().map_or(1, product);
+        u64::try_from(elements.saturating_mul(self.element_bytes as u128)).unwrap_or(u64::MAX)
+    }
+
+    /// Makes sure that the file can hold what the shape announces.
+    ///
+    /// Must come before an allocation of the dataset's size. Of chunked data that were written in
+    /// part only this says no: use [`stored_part`](Self::stored_part) for those.
+    pub(crate) fn prove_stored(&self) -> Result<(), ReadError> {
+        let stored = u128::from(self.stored_bytes());
+        let possible = if self.filtered {
+            stored.saturating_mul(MAX_EXPANSION)
+        } else {
+            stored
+        };
+        if self.bytes() > possible {
+            let what = format!(
+                "its shape {:?} announces {} bytes, the file has {stored} for it: it is truncated, \
+                 unfinished or the header is wrong",
+                self.shape,
+                self.bytes()
+            );
+            return Err(self.malformed(what));
+        }
+        Ok(())
+    }
+
+    /// Chunks written and chunks in all; equal for data that are not cut into chunks.
+    pub(crate) fn stored_part(&self) -> Result<(u128, u128), ReadError> {
+        let Some(chunk) = &self.chunk else {
+            self.prove_stored()?;
+            return Ok((1, 1));
+        };
+        let counts = self.shape.iter().zip(chunk);
+        let wanted = counts
+            .map(|(&n, &c)| n.div_ceil(c.max(1)) as u128)
+            .product();
+        let written = self.inner.num_chunks().unwrap_or(0) as u128;
+        Ok((written, wanted))
+    }
+
+    /// Bytes in the file, which two datasets of a hostile file may share but not exceed.
+    fn stored_bytes(&self) -> u64 {
+        let file_bytes = std::fs::metadata(&self.path).map_or(0, |metadata| metadata.len());
+        self.inner.storage_size().min(file_bytes)
+    }
+
+    /// All elements, in the order of the file.
+    pub(super) fn read_all<T: H5Type>(&self) -> Result<Vec<T>, ReadError> {
+        self.prove_stored()?;
+        let bytes = product(&self.shape).saturating_mul(size_of::<T>() as u128);
+        if bytes > MAX_HEADER_BYTES {
+            let what = format!("its shape {:?} is more than a header can have", self.shape);
+            return Err(self.unsupported(what));
+        }
+        let read = self.inner.read_raw();
+        read.map_err(|error| self.damaged("", &error))
+    }
+
+    /// The elements of a block: first element and count along each axis, none of them beyond the
+    /// shape. What that allocates is the caller's choice.
+    pub(crate) fn read_block<T: H5Type>(
+        &self,
+        block: &[(usize, usize)],
+    ) -> Result<Vec<T>, ReadError> {
+        let spans: Vec<SliceOrIndex> = block
+            .iter()
+            .map(|&(first, count)| SliceOrIndex::from(first..first + count))
+            .collect();
+        let read = self
+            .inner
+            .read_slice::<T, _, ndarray::IxDyn>(Hyperslab::from(spans));
+        let array = read.map_err(|error| {
+            let (first, count) = block.first().copied().unwrap_or((0, 0));
+            self.damaged(&format!("rows {} to {} ", first + 1, first + count), &error)
+        })?;
+        Ok(array.into_raw_vec_and_offset().0)
+    }
+
+    /// Where it stands, from the root.
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The file is at fault here.
+    pub(crate) fn malformed(&self, what: impl Into<String>) -> ReadError {
+        ReadError::Malformed {
+            path: self.path.clone(),
+            place: self.name.clone(),
+            what: what.into(),
+        }
+    }
+
+    /// We cannot read what stands here.
+    pub(crate) fn unsupported(&self, what: impl Into<String>) -> ReadError {
+        ReadError::Unsupported {
+            path: self.path.clone(),
+            place: self.name.clone(),
+            what: what.into(),
+        }
+    }
+
+    /// The elements are not what they should be.
+    pub(crate) fn wrong_kind(&self, wanted: &str) -> ReadError {
+        let found = match self.kind {
+            Kind::Whole => "whole numbers".to_owned(),
+            Kind::Real => "real numbers".to_owned(),
+            Kind::Boolean => "booleans".to_owned(),
+            Kind::Complex => "complex numbers".to_owned(),
+            Kind::FixedText(_) | Kind::VariableText => "text".to_owned(),
+            Kind::Other => match self.inner.dtype().and_then(|t| t.to_descriptor()) {
+                Ok(descriptor) => format!("type {descriptor}"),
+                Err(_) => "a type that is not known".to_owned(),
+            },
+        };
+        self.malformed(format!("must hold {wanted}, holds {found}"))
+    }
+
+    fn damaged(&self, rows: &str, error: &hdf5::Error) -> ReadError {
+        self.malformed(format!("{rows}{}", unreadable(error)))
+    }
+}
+
+fn product(counts: &[usize]) -> u128 {
+    let terms = counts.iter().map(|&n| n as u128);
+    terms.fold(1, u128::saturating_mul)
+}
+
+fn kind(descriptor: &TypeDescriptor) -> Kind {
+    match descriptor {
+        TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) => Kind::Whole,
+        TypeDescriptor::Float(_) => Kind::Real,
+        TypeDescriptor::Boolean => Kind::Boolean,
+        TypeDescriptor::FixedAscii(n) | TypeDescriptor::FixedUnicode(n) => Kind::FixedText(*n),
+        TypeDescriptor::VarLenAscii | TypeDescriptor::VarLenUnicode => Kind::VariableText,
+        TypeDescriptor::Compound(compound) => {
+            let numeric = |d: &TypeDescriptor| matches!(kind(d), Kind::Whole | Kind::Real);
+            let part = |name| compound.fields.iter().find(|field| field.name == name);
+            match (compound.fields.len(), part("r"), part("i")) {
+                (2, Some(r), Some(i)) if numeric(&r.ty) && numeric(&i.ty) => Kind::Complex,
+                _ => Kind::Other,
+            }
+        }
+        _ => Kind::Other,
+    }
+}
