@@ -7,7 +7,9 @@ use rayon::prelude::*;
 use super::{Dataset, DatasetError, Request};
 use crate::config::Engine;
 use crate::likelihood::Xy;
-use crate::likelihood::facet::{Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetWeights, Reach};
+use crate::likelihood::facet::{
+    Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetWeights, Reach, W_TERM_MAX,
+};
 use crate::prior::Region;
 use crate::rime::Source;
 
@@ -176,6 +178,7 @@ impl Dataset {
             },
             longest_axis_rad: self.engine.longest_axis_rad,
             profile: self.profile,
+            w_term_max: W_TERM_MAX,
         });
         // A region too large for a facet, or with fewer samples than cells, is left to all samples.
         let plan = plan.ok()?;
@@ -183,11 +186,7 @@ impl Dataset {
         if !is_forced && (self.info.n_sample as usize) < plan.cells() {
             return None;
         }
-        tracing::debug!(
-            "facets of {:.1} beams: {}",
-            SIZE_STEP.powi(step),
-            plan.describe()
-        );
+        tracing::debug!("facets of {:.1} beams: {}", SIZE_STEP.powi(step), plan);
         self.sizes.push(FacetSize {
             step,
             plan: Arc::new(plan),

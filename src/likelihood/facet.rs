@@ -14,6 +14,7 @@ mod cells;
 mod evaluate;
 mod fill;
 mod lanes;
+mod map;
 mod plan;
 mod resample;
 mod sorted;
@@ -23,7 +24,8 @@ mod term;
 mod turns;
 
 pub use builder::{FacetBuilder, FacetWeights};
-pub use plan::{FacetError, FacetNeeds, FacetPlan, Reach};
+pub use map::FacetMap;
+pub use plan::{FacetError, FacetNeeds, FacetPlan, Reach, W_TERM_MAX};
 
 use super::{Isa, Xy};
 use crate::coords::Lm;

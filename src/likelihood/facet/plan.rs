@@ -32,7 +32,7 @@ const FINE: [usize; 2] = [5, 4];
 const OUTER_MARGIN: f64 = 3.5;
 
 /// Most of the second-order w term that is left out, (2π w ε)²/2.
-const W_TERM_MAX: f64 = 2e-3;
+pub const W_TERM_MAX: f64 = 2e-3;
 
 /// Most cells from the middle to the edge: more is a mistake rather than a facet.
 const RADIUS_MAX: usize = 2000;
@@ -79,6 +79,9 @@ pub struct FacetNeeds {
     pub longest_axis_rad: f64,
     /// The brightness profile.
     pub profile: Profile,
+    /// Most of the second-order w term that may be left out, (2π w ε)²/2: [`W_TERM_MAX`] for
+    /// likelihoods, more where a rough look will do.
+    pub w_term_max: f64,
 }
 
 /// Why there can be no such facet.
@@ -87,13 +90,15 @@ pub struct FacetNeeds {
 pub enum FacetError {
     /// The neglected w term is too large.
     #[error(
-        "a facet of {side_rad:e} rad leaves out a w term of {term:e} at its corners, {W_TERM_MAX:e} is allowed: take at most {largest_rad:e} rad"
+        "a facet of {side_rad:e} rad leaves out a w term of {term:e} at its corners, {w_term_max:e} is allowed: take at most {largest_rad:e} rad"
     )]
     WTerm {
         /// Side asked for [rad].
         side_rad: f64,
         /// (2π w ε)²/2 at the corners.
         term: f64,
+        /// What is allowed.
+        w_term_max: f64,
         /// Longest side that would do [rad].
         largest_rad: f64,
     },
@@ -342,11 +347,12 @@ fn check(needs: &FacetNeeds) -> Result<(), FacetError> {
     }
     let turn = 2.0 * PI * needs.reach.w * curvature(needs);
     let term = 0.5 * turn * turn;
-    if term > W_TERM_MAX {
+    if term > needs.w_term_max {
         return Err(FacetError::WTerm {
             side_rad: needs.side_rad,
             term,
-            largest_rad: needs.side_rad * (W_TERM_MAX / term).powf(0.25),
+            w_term_max: needs.w_term_max,
+            largest_rad: needs.side_rad * (needs.w_term_max / term).powf(0.25),
         });
     }
     Ok(())

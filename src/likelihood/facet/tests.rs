@@ -27,6 +27,7 @@ fn needs(side_arcsec: f64, reach: Reach, profile: Profile) -> FacetNeeds {
         reach,
         longest_axis_rad: LONGEST,
         profile,
+        w_term_max: W_TERM_MAX,
     }
 }
 
@@ -215,6 +216,42 @@ fn every_kernel_gives_the_same_sums() {
             for (a, b) in facet.xy_batch(&sources).iter().zip(&reference) {
                 assert!((a.x - b.x).abs() < 1e-5 * b.y.sqrt(), "{isa:?} {profile:?}");
                 assert!((a.y / b.y - 1.0).abs() < 2e-6, "{isa:?} {profile:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_map_holds_the_sums_of_a_round_source_at_every_position() {
+    let (plan, blocks) = (plan(20.0), [noise(20_000, 1)]);
+    let n_side = 17;
+    for profile in [Profile::Exponential, Profile::Gaussian, Profile::Point] {
+        let needs = FacetNeeds {
+            profile,
+            ..plan.needs
+        };
+        let plan = Arc::new(FacetPlan::new(needs).unwrap());
+        let mut facet = build(&plan, &[CENTRE], &blocks).remove(0);
+        for (scale_rad, isa) in [0.3, 2.0, 6.0].iter().flat_map(|scale| {
+            let there = Isa::ALL.into_iter().filter(|isa| isa.is_available());
+            there.map(move |isa| (scale * ARCSEC, isa))
+        }) {
+            facet.isa = isa;
+            let map = facet.map(scale_rad, n_side);
+            for i in [0, 5, 40, 200, 288] {
+                let middle = |i: usize| (i as f64 + 0.5) / n_side as f64;
+                let source = Source {
+                    lm: facet
+                        .region()
+                        .from_unit(middle(i % n_side), middle(i / n_side)),
+                    flux_jy: 1.0,
+                    scale_rad,
+                    e: Ellipticity::default(),
+                };
+                let xy = facet.xy_batch(&[source])[0];
+                let off = (f64::from(map.x[i]) - xy.x).abs() / xy.y.sqrt();
+                assert!(off < 1e-4, "{profile:?} {isa:?} {i}: {off}");
+                assert!((map.y / xy.y - 1.0).abs() < 1e-6);
             }
         }
     }
