@@ -10,12 +10,15 @@ mod open;
 mod overview;
 mod resident;
 mod stream;
+mod survey;
+mod uv_profile;
 mod views;
 
 pub use evaluate::Request;
 pub use noise::{DifferenceMethod, NoiseReport, NoiseUsed};
 pub use open::OpenOptions;
 pub use overview::Overview;
+pub use survey::{SnrMap, Survey};
 pub use views::{EngineOptions, View, ViewRequest};
 
 use vis2cat_formats::{Field, Observation};
@@ -36,6 +39,9 @@ pub enum DatasetError {
     /// The file.
     #[error(transparent)]
     Read(#[from] vis2cat_formats::ReadError),
+    /// The field of view that is wanted cannot be looked at.
+    #[error("the field of view is too wide for these data, try a smaller --fov: {0}")]
+    Field(String),
     /// The file is fine but there is nothing in it that we could use.
     #[error("{path}: {what}")]
     Unusable {
@@ -85,6 +91,7 @@ pub struct Dataset {
     engine: EngineOptions,
     memory_bytes: f64,
     sizes: Vec<views::FacetSize>,
+    uv_profile: uv_profile::UvProfile,
 }
 
 enum Store {

@@ -23,7 +23,7 @@ mod tiles;
 pub use accept::Cuts;
 pub use explore::{SamplerFactory, SamplerSettings};
 pub use mode::{Mode, ModeSample, Status};
-pub use pipeline::{Detected, Detection, Settings, detect};
+pub use pipeline::{Detected, Detection, Screening, Settings, detect};
 pub use tiles::{Tile, field_of_view, side_for_basin, tiles};
 
 use crate::dataset::DatasetError;

@@ -8,6 +8,7 @@ use super::ingest::{FieldChoice, Ingest, Sample, Tally, WeightRule};
 use super::noise::NoiseTally;
 use super::resident::{RESIDENT_BYTES, Resident};
 use super::stream::Stream;
+use super::uv_profile::UvProfile;
 use super::{DataInfo, Dataset, DatasetError, EngineOptions, Store};
 use crate::config::NoiseSource;
 use crate::likelihood::VisBlock;
@@ -69,6 +70,7 @@ impl Dataset {
                 "the weights are not usable; try --noise sefd=400Jy".into(),
             ));
         }
+        let uv_profile = std::mem::take(&mut tally.uv_profile);
         let info = DataInfo {
             n_row: ingest.n_row,
             noise,
@@ -95,6 +97,7 @@ impl Dataset {
             engine: options.engine,
             memory_bytes: options.memory_bytes,
             sizes: Vec::new(),
+            uv_profile,
         })
     }
 }
@@ -167,6 +170,7 @@ fn choose_field(observation: &Observation, wanted: Option<&str>) -> Result<u32, 
 struct FirstPass {
     info: DataInfo,
     noise: NoiseTally,
+    uv_profile: UvProfile,
     typical_scale_rad: f64,
     sum_weight: f64,
     sum_weight_freq: f64,
@@ -184,6 +188,7 @@ impl FirstPass {
         Self {
             info,
             noise: NoiseTally::default(),
+            uv_profile: UvProfile::default(),
             typical_scale_rad,
             sum_weight: 0.0,
             sum_weight_freq: 0.0,
@@ -223,6 +228,7 @@ impl Tally for FirstPass {
         info.max_uv = info.max_uv.max(uv2.sqrt());
         info.max_w = info.max_w.max(w.abs());
         let weight = f64::from(sample.weight);
+        self.uv_profile.add(sample.uvw, weight);
         self.sum_weight += weight;
         self.sum_weight_freq += weight * sample.freq_hz;
         // F² of an exponential disk of the typical scale-length.

@@ -54,8 +54,22 @@ pub struct Detection {
     pub log_z: Vec<f64>,
     /// Tiles that were searched, counted again each time.
     pub n_tile_searched: usize,
+    /// What was left out, if tiles were screened.
+    pub screening: Option<Screening>,
     /// Searches that were stopped before they had the whole evidence of their tile.
     pub n_tile_unfinished: usize,
+}
+
+/// What came of screening the tiles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Screening {
+    /// Tiles that could not hold a source when they were last looked at.
+    pub n_tile_skipped: usize,
+    /// Part of its signal-to-noise ratio that a source shows at least, for all but 1% of the prior.
+    pub seen: f64,
+    /// Tiles that hold something as far below zero as the cut is above it: by symmetry, as many
+    /// false sources are expected.
+    pub n_negative: usize,
 }
 
 /// A source and where it came from.
@@ -82,7 +96,7 @@ pub fn detect(
 ) -> Result<Detection, DetectError> {
     let mut detection = Detection::default();
     let mut sources: Vec<Found> = Vec::new();
-    let mut queue = Queue::new(&settings.tiles);
+    let mut queue = Queue::new(dataset, settings)?;
     // Sources that were all sampled with all the others removed.
     let mut n_settled = 0;
     for round in 0..MOST_ROUNDS {
@@ -141,6 +155,7 @@ pub fn detect(
     }
     detection.sources = detected(sources, &certificates);
     detection.n_eval = dataset.n_eval();
+    detection.screening = queue.screening();
     Ok(detection)
 }
 

@@ -4,9 +4,9 @@
 //! as the sidelobes of the brightest. Once those sources are subtracted it is screened again, and
 //! mostly there is nothing left in it.
 
-use super::screen::{SEEN_FRACTION, screen};
-use super::{DetectError, Observer, Settings, Tile};
-use crate::dataset::Dataset;
+use super::screen::screen;
+use super::{DetectError, Observer, Screening, Settings, Tile};
+use crate::dataset::{Dataset, Survey};
 
 /// What is fainter than this part of the brightest waits until that is subtracted: more than the sidelobes of most arrays at
 /// natural weight.
@@ -17,14 +17,31 @@ pub(super) struct Queue {
     open: Vec<Tile>,
     /// Tiles that could not hold a source when they were last screened.
     faint: Vec<Tile>,
+    /// How they are screened; none: they are not.
+    survey: Option<Survey>,
+    /// Tiles in which, last time, something as far below zero as the cut was above it.
+    n_negative: usize,
 }
 
 impl Queue {
-    pub(super) fn new(tiles: &[Tile]) -> Self {
-        Self {
-            open: tiles.to_vec(),
+    pub(super) fn new(dataset: &Dataset, settings: &Settings) -> Result<Self, DetectError> {
+        let plan = || dataset.plan_survey(&settings.field, &settings.prior);
+        Ok(Self {
+            open: settings.tiles.clone(),
             faint: Vec::new(),
-        }
+            survey: settings.screening.then(plan).transpose()?,
+            n_negative: 0,
+        })
+    }
+
+    /// What came of the screening: the tiles left out in the end, the part of its signal-to-noise
+    /// ratio that a source shows, tiles with a negative peak as high as the cut.
+    pub(super) fn screening(&self) -> Option<Screening> {
+        self.survey.as_ref().map(|survey| Screening {
+            n_tile_skipped: self.faint.len(),
+            seen: survey.seen(),
+            n_negative: self.n_negative,
+        })
     }
 
     /// Looks at every tile again that was too faint before.
@@ -46,12 +63,14 @@ impl Queue {
         observer: &mut dyn Observer,
     ) -> Result<Vec<Tile>, DetectError> {
         let tiles = std::mem::take(&mut self.open);
-        if !settings.screening {
+        let Some(survey) = &mut self.survey else {
             return Ok(tiles);
-        }
-        let beam_rad = settings.beam_rad;
-        let seen = screen(dataset, &tiles, &settings.prior, beam_rad, observer)?;
-        let faintest = SEEN_FRACTION * settings.cuts.snr;
+        };
+        let seen = screen(dataset, survey, &tiles, observer)?;
+        let faintest = survey.seen() * settings.cuts.snr;
+        let is_negative = |low: &&f64| **low <= -settings.cuts.snr;
+        self.n_negative = seen.low.iter().filter(is_negative).count();
+        let seen = seen.high;
         let brightest = seen.iter().copied().fold(0.0, f64::max);
         let (bright, faint): (Vec<_>, Vec<_>) = tiles
             .into_iter()

@@ -317,6 +317,26 @@ fn run_entries(
             "one source in the tiles of a round against none",
         )
     }));
+    if let Some(screening) = detection.screening {
+        let n_tile = settings.tiles.len() as f64;
+        entries.extend([
+            RunEntry::new(
+                "search.skipped",
+                screening.n_tile_skipped as f64 / n_tile,
+                "part of the field that was not searched",
+            ),
+            RunEntry::new(
+                "search.seen",
+                screening.seen,
+                "part of its SNR that a source shows to screening",
+            ),
+            RunEntry::new(
+                "search.n_negative",
+                screening.n_negative,
+                "negative peaks as high as the cut",
+            ),
+        ]);
+    }
     let toml = config.to_toml();
     let mut section = String::new();
     for line in toml.lines() {

@@ -200,6 +200,16 @@ impl FacetPlan {
         self.levels * fine.rows * fine.cols * 4 * size_of::<f32>()
     }
 
+    /// Side of the regions served [rad, in direction cosines].
+    pub fn side_rad(&self) -> f64 {
+        self.needs.side_rad
+    }
+
+    /// Cells of a level, half plane.
+    pub fn level_cells(&self) -> usize {
+        self.rows() * self.columns()
+    }
+
     /// Cells of all levels together, half plane.
     pub fn cells(&self) -> usize {
         self.levels * self.rows() * self.columns()
