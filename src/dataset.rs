@@ -18,7 +18,7 @@ pub use evaluate::Request;
 pub use noise::{DifferenceMethod, NoiseReport, NoiseUsed};
 pub use open::OpenOptions;
 pub use overview::Overview;
-pub use survey::{SnrMap, Survey};
+pub use survey::{Extremes, SnrMap, Survey};
 pub use views::{EngineOptions, View, ViewRequest};
 
 use vis2cat_formats::{Field, Observation};

@@ -55,21 +55,68 @@ pub struct SnrMap {
     n_side: usize,
 }
 
+/// What is seen of a region.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extremes {
+    /// Highest X/sqrt(Y).
+    pub high: f64,
+    /// Lowest: as far below zero as noise and sidelobes go above it.
+    pub low: f64,
+    /// Holds every position that reaches the limit.
+    pub above: Option<Region>,
+}
+
+impl Extremes {
+    /// Before anything was seen.
+    pub const NOTHING: Self = Self {
+        high: f64::NEG_INFINITY,
+        low: f64::INFINITY,
+        above: None,
+    };
+
+    /// What is seen of two regions.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        let both = self.above.zip(other.above).map(|(a, b)| a.united(&b));
+        Self {
+            high: self.high.max(other.high),
+            low: self.low.min(other.low),
+            above: both.or(self.above).or(other.above),
+        }
+    }
+}
+
 impl SnrMap {
-    /// Highest and lowest value in `region` and half a step about it.
-    pub fn extremes(&self, region: &Region) -> [f64; 2] {
-        let columns = self.range(
-            [self.region.low.l, self.region.high.l],
-            [region.low.l, region.high.l],
-        );
-        let rows = self.range(
-            [self.region.low.m, self.region.high.m],
-            [region.low.m, region.high.m],
-        );
-        let values = rows.flat_map(|row| &self.high_low[row * self.n_side..][columns.clone()]);
-        values.fold([f64::NEG_INFINITY, f64::INFINITY], |[high, low], value| {
-            [high.max(f64::from(value[0])), low.min(f64::from(value[1]))]
-        })
+    /// Highest and lowest value in `region` and half a step about it, and the rectangle about all
+    /// positions there that reach `limit` and the part `part` of the highest, half a step about them
+    /// included.
+    pub fn extremes(&self, region: &Region, limit: f64, part: f64) -> Extremes {
+        let (own, wanted) = (&self.region, region);
+        let columns = self.range([own.low.l, own.high.l], [wanted.low.l, wanted.high.l]);
+        let rows = self.range([own.low.m, own.high.m], [wanted.low.m, wanted.high.m]);
+        let places = || {
+            rows.clone()
+                .flat_map(|row| columns.clone().map(move |column| (row, column)))
+        };
+        let value = |(row, column): (usize, usize)| {
+            self.high_low[row * self.n_side + column].map(f64::from)
+        };
+        let high_low = places().map(value);
+        let [high, low] = high_low
+            .fold([f64::NEG_INFINITY, f64::INFINITY], |[high, low], value| {
+                [high.max(value[0]), low.min(value[1])]
+            });
+        let edge = |i: usize| i as f64 / self.n_side as f64;
+        let cell = |(row, column): (usize, usize)| Region {
+            low: own.from_unit(edge(column), edge(row)),
+            high: own.from_unit(edge(column + 1), edge(row + 1)),
+        };
+        let bright = places().filter(|&place| value(place)[0] >= limit.max(part * high));
+        Extremes {
+            high,
+            low,
+            above: bright.map(cell).reduce(|a, b| a.united(&b)),
+        }
     }
 
     /// The positions along an axis from `own[0]` to `own[1]` that are within half a step of `wanted`.
@@ -284,19 +331,31 @@ mod tests {
             high_low: (0..100).map(|i| [i as f32, -(i as f32)]).collect(),
             n_side: 10,
         };
-        assert_eq!(map.extremes(&field), [99.0, -99.0]);
+        let seen = |region: &Region| map.extremes(region, 33.0, 0.0);
+        assert_eq!((seen(&field).high, seen(&field).low), (99.0, -99.0));
         for i in 0..100 {
             let at = field.from_unit(f64::from(i) / 100.0, 0.33);
-            let [high, low] = map.extremes(&Region::square(at, 1e-3));
+            let here = seen(&Region::square(at, 1e-3));
             assert!(
-                (30.0..50.0).contains(&high) && (-50.0..=-30.0).contains(&low),
+                (30.0..50.0).contains(&here.high) && here.low <= -30.0,
                 "{i}"
             );
+            assert_eq!(here.above.is_some(), here.high >= 33.0);
+            if i > 40 {
+                assert!(here.above.unwrap().grown(1e-9).contains(at));
+            }
         }
         // The middle of the first row's last part is at (4.5, -4.5).
-        let corner = Region::square(Lm { l: 4.6, m: -4.6 }, 0.1);
-        assert_eq!(map.extremes(&corner), [9.0, -9.0]);
-        let beside = Region::square(Lm { l: 7.0, m: 0.0 }, 0.1);
-        assert_eq!(map.extremes(&beside)[0], f64::NEG_INFINITY);
+        let corner = seen(&Region::square(Lm { l: 4.6, m: -4.6 }, 0.1));
+        assert_eq!((corner.high, corner.low, corner.above), (9.0, -9.0, None));
+        let beside = seen(&Region::square(Lm { l: 7.0, m: 0.0 }, 0.1));
+        assert_eq!(beside, Extremes::NOTHING);
+        assert_eq!(beside.and(corner), corner);
+        // From row 3, column 3 on.
+        let above = seen(&field).above.unwrap();
+        assert!((above.low.m + 2.0).abs() < 1e-9 && (above.low.l + 5.0).abs() < 1e-9);
+        assert_eq!(above.high, field.high);
+        let half = map.extremes(&field, 33.0, 0.5).above.unwrap();
+        assert!(half.low.m.abs() < 1e-9);
     }
 }

@@ -14,7 +14,7 @@ use crate::prior::Region;
 use crate::rime::Source;
 
 /// Sizes of facets are powers of this times the beam, so that few plans serve all regions.
-const SIZE_STEP: f64 = 1.5;
+const SIZE_STEP: f64 = 1.25;
 /// Points of a view that one core evaluates at a time.
 const POINTS_PER_TASK: usize = 8;
 
@@ -180,10 +180,11 @@ impl Dataset {
             profile: self.profile,
             w_term_max: W_TERM_MAX,
         });
-        // A region too large for a facet, or with fewer samples than cells, is left to all samples.
+        // A region too large for a facet, or with fewer samples than the cells of the two levels that
+        // most sources are summed over, is left to all samples.
         let plan = plan.ok()?;
         let is_forced = self.engine.engine == Engine::Facet;
-        if !is_forced && (self.info.n_sample as usize) < plan.cells() {
+        if !is_forced && (self.info.n_sample as usize) < 2 * plan.level_cells() {
             return None;
         }
         tracing::debug!("facets of {:.1} beams: {}", SIZE_STEP.powi(step), plan);

@@ -20,7 +20,7 @@ const FEWEST: f64 = 100.0;
 /// Parameters of a source, and one: the coefficients of a plane.
 const N_COEFFICIENT: usize = 7;
 /// Largest scatter of the difference about the plane, in ln L, with which samples count as certified.
-const LARGEST_SCATTER: f64 = 0.1;
+const LARGEST_SCATTER: f64 = 0.5;
 /// Least part of the effective samples that must be left.
 const LEAST_KEPT: f64 = 0.5;
 
@@ -99,6 +99,10 @@ fn weigh(mode: &mut Mode, chosen: &[usize], xy: &[Xy]) -> Certificate {
             correction[i] = *d;
         }
     }
+    tracing::debug!(
+        "SNR {:.1}: ln L differs by up to {max_dlog_l:.3}, {scatter:.3} about a plane",
+        mode.best_xy.snr_peak()
+    );
     let n_eff = mode.n_eff;
     *mode = reweighted(mode, &correction);
     let total: f64 = chosen.iter().map(|&i| mode.samples[i].weight).sum();

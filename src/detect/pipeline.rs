@@ -3,7 +3,7 @@
 use super::accept::{Cuts, accept};
 use super::certify::{Certificate, certify};
 use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore};
-use super::queue::Queue;
+use super::queue::{Queue, Search};
 use super::refine::{Found, Refinement};
 use super::{DetectError, Mode, Observer, Status, Tile};
 use crate::dataset::Dataset;
@@ -100,8 +100,8 @@ pub fn detect(
     // Sources that were all sampled with all the others removed.
     let mut n_settled = 0;
     for round in 0..MOST_ROUNDS {
-        let tiles = queue.take(dataset, settings, observer)?;
-        if tiles.is_empty() {
+        let searches = queue.take(dataset, settings, observer)?;
+        if searches.is_empty() {
             if n_settled == sources.len() || !settings.refine {
                 break;
             }
@@ -114,12 +114,12 @@ pub fn detect(
             queue.reopen_faint();
             continue;
         }
-        detection.n_tile_searched += tiles.len();
+        detection.n_tile_searched += searches.len();
         let first = sources.len();
         search(
             dataset,
             settings,
-            &tiles,
+            &searches,
             round,
             &mut sources,
             &mut detection,
@@ -134,8 +134,9 @@ pub fn detect(
                     .iter()
                     .any(|found| tile.region.contains(found.mode.mean.lm))
             };
-            let again = tiles
+            let again = searches
                 .into_iter()
+                .map(|search| search.tile)
                 .filter(|tile| !settings.is_global && holds(tile));
             again.for_each(|tile| queue.put_back(tile));
         }
@@ -163,13 +164,13 @@ pub fn detect(
 fn search(
     dataset: &mut Dataset,
     settings: &Settings,
-    tiles: &[Tile],
+    searches: &[Search],
     round: usize,
     sources: &mut Vec<Found>,
     detection: &mut Detection,
     observer: &mut dyn Observer,
 ) -> Result<(), DetectError> {
-    let mut modes = search_tiles(dataset, settings, tiles, round, detection, observer)?;
+    let mut modes = search_tiles(dataset, settings, searches, round, detection, observer)?;
     let removed: Vec<_> = sources.iter().map(|found| found.mode.mean).collect();
     accept(dataset, &removed, &mut modes, &settings.cuts)?;
     let first = detection.modes.len();
@@ -197,14 +198,14 @@ fn search(
 fn search_tiles(
     dataset: &mut Dataset,
     settings: &Settings,
-    tiles: &[Tile],
+    searches: &[Search],
     round: usize,
     detection: &mut Detection,
     observer: &mut dyn Observer,
 ) -> Result<Vec<Mode>, DetectError> {
-    observer.stage("searching tiles", tiles.len() as u64);
-    let target = |tile: &Tile| Target {
-        region: tile.region,
+    observer.stage("searching tiles", searches.len() as u64);
+    let target = |search: &Search| Target {
+        region: search.region,
         window: Window::compact(),
         restored: Vec::new(),
         is_exact: false,
@@ -213,15 +214,15 @@ fn search_tiles(
             search: true,
             // What it has found by then is sampled again, and the tile screened again.
             n_restart: 0,
-            seed: stream_seed(settings.seed, [1, round as u64, tile.id as u64]),
+            seed: stream_seed(settings.seed, [1, round as u64, search.tile.id as u64]),
         },
     };
-    let mut found: Vec<(Vec<Mode>, f64)> = vec![(Vec::new(), f64::NEG_INFINITY); tiles.len()];
-    let targets = tiles.iter().map(target).collect();
+    let mut found: Vec<(Vec<Mode>, f64)> = vec![(Vec::new(), f64::NEG_INFINITY); searches.len()];
+    let targets = searches.iter().map(target).collect();
     let mut n_unfinished = 0;
     let mut note = |explored: Explored| {
         let log_z = explored.run.evidence().log_z + explored.log_share(&settings.field);
-        let tile = tiles[explored.index].id;
+        let tile = searches[explored.index].tile.id;
         n_unfinished += usize::from(explored.is_unfinished);
         found[explored.index] = (modes_of(tile, &explored, settings), log_z);
     };

@@ -6,11 +6,17 @@
 
 use super::screen::screen;
 use super::{DetectError, Observer, Screening, Settings, Tile};
-use crate::dataset::{Dataset, Survey};
+use crate::dataset::{Dataset, Extremes, Survey};
+use crate::prior::Region;
 
 /// What is fainter than this part of the brightest waits until that is subtracted: more than the sidelobes of most arrays at
 /// natural weight.
 pub(super) const SIDELOBE: f64 = 0.25;
+
+/// A tile is searched where at least this part of its highest value is seen.
+const PART_OF_BRIGHTEST: f64 = 0.5;
+/// Sky in widths of the beam that is searched about what can hold a source: a mode lies whole in it.
+const SEARCH_BEAMS: f64 = 1.5;
 
 /// The tiles that are still to be searched.
 pub(super) struct Queue {
@@ -55,27 +61,32 @@ impl Queue {
         self.open.push(tile);
     }
 
-    /// The tiles to search now; none if no open tile can hold a source.
+    /// What to search now; nothing if no open tile can hold a source.
     pub(super) fn take(
         &mut self,
         dataset: &mut Dataset,
         settings: &Settings,
         observer: &mut dyn Observer,
-    ) -> Result<Vec<Tile>, DetectError> {
+    ) -> Result<Vec<Search>, DetectError> {
         let tiles = std::mem::take(&mut self.open);
         let Some(survey) = &mut self.survey else {
-            return Ok(tiles);
+            return Ok(tiles.into_iter().map(Search::whole).collect());
         };
-        let seen = screen(dataset, survey, &tiles, observer)?;
         let faintest = survey.seen() * settings.cuts.snr;
-        let is_negative = |low: &&f64| **low <= -settings.cuts.snr;
-        self.n_negative = seen.low.iter().filter(is_negative).count();
-        let seen = seen.high;
-        let brightest = seen.iter().copied().fold(0.0, f64::max);
+        // What is fainter is searched once the brighter is subtracted.
+        let part = if settings.refine {
+            PART_OF_BRIGHTEST
+        } else {
+            0.0
+        };
+        let seen = screen(dataset, survey, &tiles, faintest, part, observer)?;
+        let is_negative = |seen: &&Extremes| seen.low <= -settings.cuts.snr;
+        self.n_negative = seen.iter().filter(is_negative).count();
+        let brightest = seen.iter().map(|seen| seen.high).fold(0.0, f64::max);
         let (bright, faint): (Vec<_>, Vec<_>) = tiles
             .into_iter()
             .zip(seen)
-            .partition(|(_, seen)| *seen >= faintest);
+            .partition(|(_, seen)| seen.high >= faintest);
         self.faint.extend(faint.into_iter().map(|(tile, _)| tile));
         // Without subtraction there is nothing to wait for.
         let waits = |i: usize| settings.refine && waits(&bright, i, SIDELOBE * brightest);
@@ -86,14 +97,40 @@ impl Queue {
             now.len(),
             self.open.len()
         );
-        Ok(now.into_iter().map(|i| bright[i].0).collect())
+        let margin_rad = SEARCH_BEAMS * settings.beam_rad;
+        let search = |i: usize| Search::around(&bright[i].0, &bright[i].1, margin_rad);
+        Ok(now.into_iter().map(search).collect())
     }
 }
 
-fn waits(tiles: &[(Tile, f64)], i: usize, limit: f64) -> bool {
-    let (tile, seen) = tiles[i];
-    let outshone = |(j, (other, other_seen)): (usize, &(Tile, f64))| {
-        (*other_seen, j) > (seen, i) && other.region.overlaps(&tile.region)
+/// What is searched of a tile.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Search {
+    pub(super) tile: Tile,
+    pub(super) region: Region,
+}
+
+impl Search {
+    fn whole(tile: Tile) -> Self {
+        let region = tile.region;
+        Self { tile, region }
+    }
+
+    /// The part of the tile that can hold a source.
+    fn around(tile: &Tile, seen: &Extremes, margin_rad: f64) -> Self {
+        let bright = seen.above.unwrap_or(tile.region);
+        let region = bright.grown(margin_rad).clipped(&tile.region);
+        Self {
+            tile: *tile,
+            region,
+        }
+    }
+}
+
+fn waits(tiles: &[(Tile, Extremes)], i: usize, limit: f64) -> bool {
+    let (tile, seen) = &tiles[i];
+    let outshone = |(j, (other, other_seen)): (usize, &(Tile, Extremes))| {
+        (other_seen.high, j) > (seen.high, i) && other.region.overlaps(&tile.region)
     };
-    seen < limit || tiles.iter().enumerate().any(outshone)
+    seen.high < limit || tiles.iter().enumerate().any(outshone)
 }

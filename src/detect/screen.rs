@@ -6,40 +6,29 @@
 //! than that holds no mode that would be kept.
 
 use super::{DetectError, Observer, Tile};
-use crate::dataset::{Dataset, Survey};
+use crate::dataset::{Dataset, Extremes, Survey};
 
-/// What a look at tiles gave.
-pub(super) struct Seen {
-    /// Highest X/sqrt(Y) in each.
-    pub(super) high: Vec<f64>,
-    /// Lowest: as far below zero as noise and sidelobes go above it.
-    pub(super) low: Vec<f64>,
-}
-
-/// Looks at `tiles`.
+/// What is seen of each of `tiles`, and where it reaches `limit` and the part `part` of the highest.
 pub(super) fn screen(
     dataset: &mut Dataset,
     survey: &mut Survey,
     tiles: &[Tile],
+    limit: f64,
+    part: f64,
     observer: &mut dyn Observer,
-) -> Result<Seen, DetectError> {
+) -> Result<Vec<Extremes>, DetectError> {
     let holds = |i: &usize| {
         let facet = survey.facets()[*i];
         tiles.iter().any(|tile| facet.overlaps(&tile.core))
     };
     let which: Vec<usize> = (0..survey.facets().len()).filter(holds).collect();
     observer.stage("screening", which.len() as u64);
-    let mut seen = Seen {
-        high: vec![f64::NEG_INFINITY; tiles.len()],
-        low: vec![f64::INFINITY; tiles.len()],
-    };
+    let mut seen = vec![Extremes::NOTHING; tiles.len()];
     let mut n_done = 0;
     dataset.survey(survey, &which, |map| {
-        for (i, tile) in tiles.iter().enumerate() {
+        for (seen, tile) in seen.iter_mut().zip(tiles) {
             if tile.core.overlaps(&map.region) {
-                let [high, low] = map.extremes(&tile.core);
-                seen.high[i] = seen.high[i].max(high);
-                seen.low[i] = seen.low[i].min(low);
+                *seen = seen.and(map.extremes(&tile.core, limit, part));
             }
         }
         n_done += 1;

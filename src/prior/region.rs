@@ -52,6 +52,21 @@ impl Region {
         }
     }
 
+    /// The smallest rectangle that holds both.
+    #[must_use]
+    pub fn united(self, other: &Region) -> Self {
+        Self {
+            low: Lm {
+                l: self.low.l.min(other.low.l),
+                m: self.low.m.min(other.low.m),
+            },
+            high: Lm {
+                l: self.high.l.max(other.high.l),
+                m: self.high.m.max(other.high.m),
+            },
+        }
+    }
+
     /// Position at (u, v) of the unit square.
     pub fn from_unit(&self, u: f64, v: f64) -> Lm {
         Lm {

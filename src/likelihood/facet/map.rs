@@ -3,6 +3,7 @@
 //! The transform to the sky is a product of one along u and one along v: first each row of cells
 //! becomes a row of positions in l, then each column of those becomes positions in m.
 #![allow(clippy::inline_always)] // one loop is compiled anew for each instruction set
+#![allow(clippy::needless_range_loop)] // a closure would be compiled for the least of processors
 #![allow(unsafe_code)] // entering code compiled for an instruction set
 
 use super::Facet;
