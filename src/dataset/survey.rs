@@ -9,6 +9,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::uv_profile::Binned;
+use super::views::BLOCKS_AT_A_TIME;
 use super::{Dataset, DatasetError};
 use crate::coords::Lm;
 use crate::likelihood::VisBlock;
@@ -260,8 +261,11 @@ impl Dataset {
             };
             let reach = survey.reach.uv;
             self.for_each_batch(|blocks| {
-                let short: Vec<_> = blocks.par_iter().map(|block| below(block, reach)).collect();
-                builder.add(&short);
+                for blocks in blocks.chunks(BLOCKS_AT_A_TIME) {
+                    let short: Vec<_> =
+                        blocks.par_iter().map(|block| below(block, reach)).collect();
+                    builder.add(&short);
+                }
             })?;
             let facets = builder.finish();
             survey.weights = facets.first().map(Facet::weights);

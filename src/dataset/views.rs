@@ -15,6 +15,8 @@ use crate::rime::Source;
 
 /// Sizes of facets are powers of this times the beam, so that few plans serve all regions.
 const SIZE_STEP: f64 = 1.25;
+/// Blocks that facets are filled with at a time: they are copied and sorted (38 MB).
+pub(super) const BLOCKS_AT_A_TIME: usize = 128;
 /// Points of a view that one core evaluates at a time.
 const POINTS_PER_TASK: usize = 8;
 
@@ -217,7 +219,11 @@ impl Dataset {
             None => FacetBuilder::new(plan.clone(), &centres),
         };
         let mut builder = builder.restoring(restored);
-        self.for_each_batch(|blocks| builder.add(blocks))?;
+        self.for_each_batch(|blocks| {
+            for blocks in blocks.chunks(BLOCKS_AT_A_TIME) {
+                builder.add(blocks);
+            }
+        })?;
         let facets = builder.finish();
         self.sizes[size].weights = facets.first().map(Facet::weights);
         Ok(facets)

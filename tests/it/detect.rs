@@ -260,6 +260,44 @@ fn without_screening_the_same_is_found_and_every_other_mode_has_a_reason() {
     assert_eq!(status.iter().filter(|s| *s == "kept").count(), 1);
 }
 
+#[test]
+fn facets_find_the_same_on_any_number_of_threads() {
+    let run = searched();
+    let folder = tempfile::tempdir().unwrap();
+    let find = |name: &str, engine: &str, threads: &str| {
+        let options = ["--engine", engine, "--threads", threads];
+        search(&run.data, &folder.path().join(name), &options)
+    };
+    let exact = find("exact.fits", "exact", "2").catalogue;
+    let (one, two) = (find("1.fits", "facet", "1"), find("2.fits", "facet", "2"));
+    let same = |a: &Path, b: &Path| std::fs::read(a).unwrap() == std::fs::read(b).unwrap();
+    assert!(same(&one.catalogue, &two.catalogue));
+    assert!(same(&one.posterior, &two.posterior));
+    let (exact, facet) = (
+        read_table(&exact, None).unwrap(),
+        read_table(&one.catalogue, None).unwrap(),
+    );
+    assert_eq!((exact.rows(), facet.rows()), (3, 3));
+    let estimates = [
+        ("Total_flux", "E_Total_flux"),
+        ("Scale_length", "E_Scale_length"),
+        ("E1", "E_E1"),
+        ("E2", "E_E2"),
+    ];
+    for (name, error) in estimates {
+        for row in 0..3 {
+            let difference = column(&exact, name)[row] - column(&facet, name)[row];
+            let sigma = column(&exact, error)[row];
+            assert!(difference.abs() < 0.3 * sigma, "{name} of row {row}");
+            let ratio = column(&facet, error)[row] / sigma;
+            assert!((ratio - 1.0).abs() < 0.25, "{error} of row {row}: {ratio}");
+        }
+    }
+    // Certified, and drawn from something that is not the exact likelihood.
+    let off = column(&facet, "Max_dlogL");
+    assert!(off.iter().all(|d| *d > 0.0 && *d < 5.0), "{off:?}");
+}
+
 /// What a poor first model of the second galaxy leaves behind is found as a source; in the end it
 /// must be part of the galaxy again.
 #[test]
