@@ -309,18 +309,12 @@ fn snr_map(facet: &Facet, region: Region, survey: &Survey) -> SnrMap {
 
 /// The samples of baselines below `reach` [wavelength].
 fn below(block: &VisBlock, reach: f64) -> VisBlock {
-    let is_short = |k: &usize| block.u[*k].powi(2) + block.v[*k].powi(2) < reach * reach;
-    let kept: Vec<usize> = (0..block.len()).filter(is_short).collect();
-    let wide = |from: &[f64]| kept.iter().map(|&k| from[k]).collect();
-    let narrow = |from: &[f32]| kept.iter().map(|&k| from[k]).collect();
-    VisBlock {
-        u: wide(&block.u),
-        v: wide(&block.v),
-        w: wide(&block.w),
-        weighted_re: narrow(&block.weighted_re),
-        weighted_im: narrow(&block.weighted_im),
-        weight: narrow(&block.weight),
-    }
+    let is_short = |k: &u32| {
+        let (u, v) = (block.u[*k as usize], block.v[*k as usize]);
+        u * u + v * v < reach * reach
+    };
+    let which: Vec<u32> = (0..block.len() as u32).filter(is_short).collect();
+    block.select(&which)
 }
 
 #[cfg(test)]

@@ -24,6 +24,21 @@ impl VisBlock {
         self.weight.len()
     }
 
+    /// The samples number `which`, in that order.
+    #[must_use]
+    pub fn select(&self, which: &[u32]) -> Self {
+        let doubles = |from: &[f64]| which.iter().map(|&k| from[k as usize]).collect();
+        let singles = |from: &[f32]| which.iter().map(|&k| from[k as usize]).collect();
+        Self {
+            u: doubles(&self.u),
+            v: doubles(&self.v),
+            w: doubles(&self.w),
+            weighted_re: singles(&self.weighted_re),
+            weighted_im: singles(&self.weighted_im),
+            weight: singles(&self.weight),
+        }
+    }
+
     /// True without samples.
     pub fn is_empty(&self) -> bool {
         self.weight.is_empty()

@@ -105,15 +105,18 @@ impl Facet {
         let mut jobs: Vec<_> = sources.iter().map(job).collect();
         let last = jobs.iter().map(|job| job.last).max().unwrap_or(0);
         for number in 0..=last {
-            let level = Level {
-                plan: &self.plan,
-                number,
-                packs: &self.levels[number],
-                common: &self.weights.levels[number],
-            };
-            accumulate(self.isa, level, &mut jobs);
+            accumulate(self.isa, self.level(number), &mut jobs);
         }
         jobs.iter().map(|job| job.sum).collect()
+    }
+
+    fn level(&self, number: usize) -> Level<'_> {
+        Level {
+            plan: &self.plan,
+            number,
+            packs: &self.levels[number],
+            common: &self.weights.levels[number],
+        }
     }
 }
 

@@ -22,6 +22,14 @@ pub(crate) fn visibility_files(folder: &Path) -> Vec<PathBuf> {
     paths
 }
 
+/// Names of everything in a folder, hidden files too.
+pub(crate) fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect()
+}
+
 /// Files of a folder with an extension, sorted.
 pub(crate) fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else {

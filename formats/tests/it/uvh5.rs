@@ -1,14 +1,13 @@
 //! UVH5 against UVFITS, there and back, cut short and scratched.
 
-use std::path::Path;
-
 use proptest::prelude::*;
 use vis2cat_formats::{
     Corr, Frame, Observation, UvfitsWriter, Uvh5Writer, VisChunk, VisWriter, WriteError,
 };
 
 use crate::support::{
-    Numbers, Shape, chunk, files, fixtures, is_about_direction, observation, read, write, writer,
+    Numbers, Shape, chunk, files, fixtures, is_about_direction, names, observation, read, write,
+    writer,
 };
 
 /// A shape that UVH5 can hold: one frequency set-up.
@@ -273,13 +272,6 @@ fn old_and_new_phase_centres_are_read() {
     let (new, rows) = read(&fixtures("good/uvh5_gzip.uvh5"), 100).unwrap();
     assert_eq!(new.fields.len(), 3);
     assert!((0..3).all(|field| rows.field_r.contains(&field)));
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).unwrap();
-    entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect()
 }
 
 #[test]

@@ -1,19 +1,11 @@
 //! The writer's promises: nothing half-done under the final name, no surprise to what is there.
 
-use std::path::Path;
 use std::process::Command;
 
 use fitsio::FitsFile;
 use vis2cat_formats::{Corr, UvfitsWriter, VisChunk, VisWriter, WriteError};
 
-use crate::support::{Shape, chunk, observation, read, write};
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).unwrap();
-    entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect()
-}
+use crate::support::{Shape, chunk, names, observation, read, write};
 
 #[test]
 fn a_dropped_writer_leaves_nothing() {

@@ -50,13 +50,8 @@ impl Facet {
         let y = self.xy_batch(std::slice::from_ref(&source))[0].y;
         let mut sums = vec![[0.0f32; 2]; n_side * n_side];
         for number in 0..=last {
-            let level = Level {
-                plan: &self.plan,
-                number,
-                packs: &self.levels[number],
-                common: &self.weights.levels[number],
-            };
-            add_level(self.isa, level, (&term, number < last), n_side, &mut sums);
+            let shape = (&term, number < last);
+            add_level(self.isa, self.level(number), shape, n_side, &mut sums);
         }
         let region = self.region();
         let middle = |i: usize| (i as f64 + 0.5) / n_side as f64;

@@ -99,22 +99,8 @@ impl Sorted {
             order[starts[key as usize]] = k as u32;
             starts[key as usize] += 1;
         }
-        let block = reordered(chunk, &order);
+        let block = chunk.select(&order);
         Sorted { block, runs }
-    }
-}
-
-/// The samples number `order` of `chunk`.
-fn reordered(chunk: &VisBlock, order: &[u32]) -> VisBlock {
-    let doubles = |from: &[f64]| order.iter().map(|&k| from[k as usize]).collect();
-    let singles = |from: &[f32]| order.iter().map(|&k| from[k as usize]).collect();
-    VisBlock {
-        u: doubles(&chunk.u),
-        v: doubles(&chunk.v),
-        w: doubles(&chunk.w),
-        weighted_re: singles(&chunk.weighted_re),
-        weighted_im: singles(&chunk.weighted_im),
-        weight: singles(&chunk.weight),
     }
 }
 
