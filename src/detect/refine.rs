@@ -69,24 +69,9 @@ impl Refinement<'_> {
         first: usize,
         observer: &mut dyn Observer,
     ) -> Result<(), DetectError> {
-        let mut moving: Vec<usize> = (first..sources.len()).collect();
-        for round in 0..MOST_ROUNDS {
-            let before = sources.to_vec();
-            let seed = stream_seed(self.seed, [1, first as u64, round as u64]);
-            self.round(dataset, sources, &moving, Depth::Draft, seed, observer)?;
-            // A source is sampled again only if a neighbour has moved since.
-            let stood = |&i: &usize| stands_still(&before[i].mode, &sources[i].mode);
-            let moved: Vec<usize> = moving.iter().copied().filter(|i| !stood(i)).collect();
-            moving.retain(|&i| {
-                moved
-                    .iter()
-                    .any(|&j| j != i && self.are_near(sources, i, j))
-            });
-            if moving.is_empty() {
-                break;
-            }
-        }
-        Ok(())
+        let seed = stream_seed(self.seed, [1, first as u64, 0]);
+        let which = (first..sources.len()).collect();
+        self.repeat(dataset, sources, which, Depth::Draft, seed, observer)
     }
 
     /// Samples every source once more with all the others removed, in full.
@@ -96,9 +81,35 @@ impl Refinement<'_> {
         sources: &mut [Found],
         observer: &mut dyn Observer,
     ) -> Result<(), DetectError> {
-        let all: Vec<usize> = (0..sources.len()).collect();
         let seed = stream_seed(self.seed, [2, 0, 0]);
-        self.round(dataset, sources, &all, Depth::Full, seed, observer)
+        let all = (0..sources.len()).collect();
+        self.repeat(dataset, sources, all, Depth::Full, seed, observer)
+    }
+
+    /// Rounds over the sources `moving`, until none has a neighbour that has moved since it was
+    /// sampled.
+    fn repeat(
+        &self,
+        dataset: &mut Dataset,
+        sources: &mut [Found],
+        mut moving: Vec<usize>,
+        depth: Depth,
+        seed: u64,
+        observer: &mut dyn Observer,
+    ) -> Result<(), DetectError> {
+        for round in 0..MOST_ROUNDS {
+            let before = sources.to_vec();
+            let seed = stream_seed(seed, [round as u64, 0, 0]);
+            self.round(dataset, sources, &moving, depth, seed, observer)?;
+            let stood = |&i: &usize| stands_still(&before[i].mode, &sources[i].mode);
+            let moved: Vec<usize> = moving.iter().copied().filter(|i| !stood(i)).collect();
+            let is_near = |i, j| i != j && self.are_near(sources, i, j);
+            moving.retain(|&i| moved.iter().any(|&j| is_near(i, j)));
+            if moving.is_empty() {
+                break;
+            }
+        }
+        Ok(())
     }
 
     /// The same for the sources `which`, by all visibilities.
