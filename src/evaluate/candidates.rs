@@ -10,7 +10,7 @@ use crate::units::MICROJY;
 /// A mode that some cut would have kept.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
-    /// Matched-filter signal-to-noise ratio; for lack of it that of the estimate.
+    /// Matched-filter signal-to-noise ratio; that of the estimate where no row has the former.
     pub snr: f64,
     /// Total flux density [uJy]; NaN where it is out of date.
     pub flux_ujy: f64,
@@ -26,6 +26,8 @@ pub struct Candidate {
 pub(super) struct Candidates {
     /// The table that they come from.
     pub(super) table: &'static str,
+    /// Its column of signal-to-noise ratios.
+    pub(super) snr_column: &'static str,
     /// The strongest first.
     pub(super) list: Vec<Candidate>,
     /// Modes that are not among them: no cut makes them sources, or they are seen twice.
@@ -45,11 +47,23 @@ pub(super) struct Candidates {
 /// overlapping tiles and later rounds of a search do. The strongest mode is matched first, so that
 /// whether one is true does not depend on any that is weaker, and so on no cut.
 pub(super) fn candidates(matched: &Matched) -> Candidates {
-    let (table, seen) = match &matched.found.modes {
-        Some(modes) => ("MODES", of_modes(matched.found, modes)),
-        None => ("CATALOGUE", of_rows(&matched.found.rows)),
+    let rows = &matched.found.rows;
+    let has_peak = rows.iter().any(|row| !row.snr_peak.is_nan());
+    let (table, snr_column, n_all, seen) = match &matched.found.modes {
+        Some(modes) => (
+            "MODES",
+            "SNR_peak",
+            modes.len(),
+            of_modes(matched.found, modes),
+        ),
+        None if has_peak => (
+            "CATALOGUE",
+            "SNR_peak",
+            rows.len(),
+            of_rows(rows, |row| row.snr_peak),
+        ),
+        None => ("CATALOGUE", "SNR", rows.len(), of_rows(rows, |row| row.snr)),
     };
-    let n_all = (matched.found.modes.as_ref()).map_or(matched.found.rows.len(), Vec::len);
     let seen = once(seen);
     let places: Vec<Place> = seen.iter().map(|s| s.place).collect();
     let positions: Vec<RaDec> = (matched.truth.sources.iter())
@@ -61,6 +75,7 @@ pub(super) fn candidates(matched: &Matched) -> Candidates {
     }
     Candidates {
         table,
+        snr_column,
         n_left_out: n_all - list.len(),
         list,
         in_field: matched.in_field.clone(),
@@ -77,16 +92,12 @@ struct Seen {
     candidate: Candidate,
 }
 
-fn of_rows(rows: &[FoundRow]) -> Vec<Seen> {
+fn of_rows(rows: &[FoundRow], snr: fn(&FoundRow) -> f64) -> Vec<Seen> {
     let seen = |row: &FoundRow| Seen {
         place: place(row),
         is_kept: true,
         candidate: Candidate {
-            snr: if row.snr_peak.is_nan() {
-                row.snr
-            } else {
-                row.snr_peak
-            },
+            snr: snr(row),
             flux_ujy: row.flux_jy.mean / MICROJY,
             log_z: f64::NAN,
             p_source: row.p_source,

@@ -75,22 +75,18 @@ impl Curve {
     }
 }
 
-/// One column of the candidates.
+/// One column of the candidates: name, unit, value.
 type Score = (&'static str, &'static str, fn(&Candidate) -> f64);
-
-/// What can be cut.
-const SCORES: [Score; 3] = [
-    ("SNR_peak", "", |c| c.snr),
-    ("Total_flux", "uJy", |c| c.flux_ujy),
-    ("Log_Z", "", |c| c.log_z),
-];
 
 /// A curve for every score that at least one candidate has.
 pub(super) fn report(candidates: &Candidates) -> Vec<Curve> {
-    SCORES
-        .iter()
-        .filter_map(|score| curve(candidates, *score))
-        .collect()
+    let scores: [Score; 3] = [
+        (candidates.snr_column, "", |c| c.snr),
+        ("Total_flux", "uJy", |c| c.flux_ujy),
+        ("Log_Z", "", |c| c.log_z),
+    ];
+    let curves = scores.into_iter().map(|score| curve(candidates, score));
+    curves.flatten().collect()
 }
 
 fn curve(candidates: &Candidates, (score, unit, get): Score) -> Option<Curve> {
@@ -161,12 +157,12 @@ fn area(points: &[CurvePoint]) -> f64 {
 
 /// Youden's index (1950, Cancer 3, 32) at its largest.
 fn best(points: &[CurvePoint]) -> Option<CurvePoint> {
-    let index = |p: &CurvePoint| p.true_positive_rate - p.false_positive_rate;
-    let defined = points.iter().filter(|p| !index(p).is_nan());
+    let all = points.last().filter(|p| p.n_true > 0 && p.n_false > 0)?;
+    // The difference of the rates times both numbers of modes: without rounding.
+    let index =
+        |p: &CurvePoint| (p.n_true * all.n_false) as i128 - (p.n_false * all.n_true) as i128;
     // The first of equal ones has the highest cut.
-    defined
-        .copied()
-        .reduce(|best, p| if index(&p) > index(&best) { p } else { best })
+    (points.iter().copied()).reduce(|best, p| if index(&p) > index(&best) { p } else { best })
 }
 
 #[cfg(test)]
@@ -187,15 +183,13 @@ mod tests {
     fn curves(list: Vec<Candidate>) -> Vec<Curve> {
         let candidates = Candidates {
             table: "MODES",
+            snr_column: "SNR_peak",
             list,
             n_left_out: 0,
             in_field: vec![false, false, true, true, true, true],
             in_population: vec![false, false, true, false, false, false],
         };
-        SCORES
-            .iter()
-            .filter_map(|s| curve(&candidates, *s))
-            .collect()
+        report(&candidates)
     }
 
     /// Scores T 9, T 8, F 7, T 6, (T and F) 5, F 4: of the 4 x 3 pairs of a true and a false mode

@@ -60,6 +60,7 @@ mod tests {
         };
         let mut candidates = Candidates {
             table: "MODES",
+            snr_column: "SNR_peak",
             list: vec![
                 candidate(0.44, Some(0)),
                 candidate(0.46, None),

@@ -34,10 +34,12 @@ pub(super) fn text(evaluation: &Evaluation) -> String {
             bins(binned),
         );
     }
-    let modes = format!("cuts on the {}", modes(evaluation));
-    section(&modes, curves(&evaluation.curves));
-    for curve in evaluation.curves.iter().filter(|c| c.score == "SNR_peak") {
-        section("keeping what has at least this SNR_peak", cuts(curve));
+    let title = format!("cuts on the {}", modes(evaluation));
+    section(&title, curves(&evaluation.curves));
+    let by_snr = (evaluation.curves.iter()).filter(|curve| curve.score.starts_with("SNR"));
+    for curve in by_snr {
+        let title = format!("keeping what has at least this {}", curve.score);
+        section(&title, cuts(curve));
     }
     section(
         "P_source against the fraction that is true",
@@ -68,10 +70,20 @@ fn counts(e: &Evaluation) -> String {
 }
 
 fn modes(e: &Evaluation) -> String {
-    format!(
-        "{} modes of {} ({} left out: no source at any cut, or seen twice)",
-        e.n_mode, e.modes_table, e.n_mode_left_out
-    )
+    let Evaluation {
+        n_mode,
+        n_mode_left_out,
+        modes_table,
+        ..
+    } = e;
+    if *modes_table == "CATALOGUE" {
+        format!("{n_mode} rows of CATALOGUE")
+    } else {
+        format!(
+            "{n_mode} modes of {modes_table} ({n_mode_left_out} more are no source at any cut, or \
+             seen twice)"
+        )
+    }
 }
 
 fn parameters(parameters: &[ParameterReport]) -> String {
