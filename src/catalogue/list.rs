@@ -3,6 +3,8 @@
 mod csv_table;
 mod units;
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use vis2cat_formats::ReadError;
@@ -32,6 +34,14 @@ impl ListTable {
     pub(super) fn open(path: &Path) -> Result<Self, ReadError> {
         let kind = if is_fits(path)? {
             Kind::Fits(Box::new(read_table(path, None)?))
+        } else if is_xml(path)? {
+            return Err(ReadError::Unsupported {
+                path: path.into(),
+                place: "table".to_owned(),
+                what: "VOTables are not read; convert it to FITS or CSV, as with \
+                       stilts tpipe in=FILE out=table.fits"
+                    .to_owned(),
+            });
         } else {
             Kind::Csv(CsvTable::read(path)?)
         };
@@ -152,6 +162,19 @@ impl ListTable {
             }
         }
     }
+}
+
+/// Whether the file starts as XML does.
+fn is_xml(path: &Path) -> Result<bool, ReadError> {
+    let mut start = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(64).read_to_end(&mut start));
+    read.map_err(|source| ReadError::Io {
+        path: path.into(),
+        source,
+    })?;
+    let text = String::from_utf8_lossy(&start);
+    let text = text.trim_start_matches('\u{feff}').trim_start();
+    Ok(text.starts_with("<?xml") || text.starts_with("<VOTABLE"))
 }
 
 pub(super) fn malformed(path: &Path, place: String, what: &str) -> ReadError {

@@ -213,6 +213,12 @@ fn what_cannot_be_compared_is_refused_by_name() {
         &["cannot read", "no.fits"],
     );
     refused(&no_dec, &truth, &["no_dec.csv", "column DEC"]);
+    let votable = csv(
+        folder.path(),
+        "t.vot",
+        "<?xml version='1.0'?>\n<VOTABLE/>\n",
+    );
+    refused(&found, &votable, &["t.vot", "VOTable", "stilts"]);
     refused(&found, &no_dec, &["no_dec.csv", "column DEC"]);
     refused(&nowhere, &truth, &["nowhere.csv", "row 1"]);
     refused(&unit, &truth, &["unit.csv", "E_RA", "arcsec"]);

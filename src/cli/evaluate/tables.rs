@@ -243,7 +243,9 @@ fn table<const N: usize>(titles: [&str; N], lines: impl Iterator<Item = [String;
 }
 
 fn indented(text: &str) -> String {
-    text.lines().map(|line| format!("  {line}\n")).collect()
+    text.lines().fold(String::new(), |indented, line| {
+        indented + "  " + line + "\n"
+    })
 }
 
 fn with_unit(name: &str, unit: &str) -> String {
