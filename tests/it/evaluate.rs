@@ -341,11 +341,11 @@ fn write_catalogue(path: &Path) {
         mode(at(18.0, 0.0), 20.0, 200.0, Status::Kept, Some(1)),
         mode(at(-20.0, 0.0), 12.0, 70.0, Status::Kept, Some(2)),
         mode(at(0.0, 40.0), 7.0, 20.0, Status::Kept, Some(3)),
-        // True, and below the cut.
+        // True, and below the cut; 1.5 arcsec off, with an error of 0.5 in both directions.
         mode(at(30.0, -30.0), 5.0, 3.0, Status::BelowCut, None),
         // Noise, seen twice.
         mode(at(-40.0, -30.0), 4.5, -1.0, Status::BelowCut, None),
-        mode(at(-40.5, -30.0), 4.4, -1.0, Status::BelowCut, None),
+        mode(at(-41.5, -30.0), 4.4, -1.0, Status::BelowCut, None),
         // A sidelobe of the first, of which little is left without it.
         mode(
             at(15.0, 20.0),
@@ -388,7 +388,7 @@ fn write_its_truth(path: &Path) {
     let truth = [
         true_source(at(10.0, 0.0), 100.0, 20.0),
         true_source(at(-20.0, 0.0), 100.0, 12.0),
-        true_source(at(30.4, -30.0), 25.0, 4.9),
+        true_source(at(31.5, -30.0), 25.0, 4.9),
         true_source(at(45.0, 10.0), 30.0, 6.0),
         true_source(at(61.0, 0.0), 500.0, 100.0),
     ];
