@@ -4,14 +4,14 @@
     study_field.py --array ANTENNAS.csv --seeds 10 [--keep FOLDER] [--search "--fov 10arcmin ..."] \\
         [-- options of make_field.py]
 
-For each seed `make_field.py` writes a field with pyuvdata, vis2cat searches it, and every row is
-matched with the nearest source within three sigma of its position, at least one arcsecond; a source is
-matched once. For all seeds together come the mean and root mean square of the pulls,
-(estimate - truth) / error, which should be 0 and 1. Exit status 1 if a source is missed or a row is
-false. Needs pyuvdata, astropy and numpy, and a release build.
+For each seed `make_field.py` writes a field with pyuvdata, vis2cat searches it, and `vis2cat evaluate`
+compares the catalogue with the truth. For all seeds together come the mean and root mean square of the
+pulls, (estimate - truth) / error, which should be 0 and 1. Exit status 1 if a source is missed or a row
+is false. Needs pyuvdata, astropy and numpy, and a release build.
 """
 
 import argparse
+import json
 import pathlib
 import shlex
 import subprocess
@@ -20,10 +20,8 @@ import tempfile
 import time
 
 import numpy as np
-from astropy.table import Table
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-FLOOR_ARCSEC = 1.0
 PULLS = ("RA", "DEC", "Total_flux", "Scale_length", "E1", "E2")
 
 
@@ -45,42 +43,6 @@ def arguments():
     return args
 
 
-def offsets_arcsec(rows, truth):
-    """East and north of every truth, as seen from every row: (row, truth)."""
-    east = (rows["RA"][:, None] - truth["RA"][None, :] + 180) % 360 - 180
-    north = rows["DEC"][:, None] - truth["DEC"][None, :]
-    return 3600 * east * np.cos(np.deg2rad(truth["DEC"]))[None, :], 3600 * north
-
-
-def match(rows, truth):
-    """Pairs (row, truth), the closest first, each of both at most once."""
-    east, north = offsets_arcsec(rows, truth)
-    distance = np.hypot(east, north)
-    radius = np.maximum(3 * np.hypot(rows["E_RA"], rows["E_DEC"]), FLOOR_ARCSEC)
-    pairs = []
-    for flat in np.argsort(distance, axis=None):
-        i, j = np.unravel_index(flat, distance.shape)
-        taken = any(i == row or j == source for row, source in pairs)
-        if distance[i, j] <= radius[i] and not taken:
-            pairs.append((i, j))
-    return pairs
-
-
-def pulls(rows, truth, pairs):
-    """(estimate - truth) / error of every pair: (pair, parameter)."""
-    east, north = offsets_arcsec(rows, truth)
-    table = []
-    for i, j in pairs:
-        row = [east[i, j] / rows["E_RA"][i], north[i, j] / rows["E_DEC"][i]]
-        row += [(rows[k][i] - truth[k][j]) / rows[f"E_{k}"][i] for k in PULLS[2:]]
-        table.append(row)
-    return np.array(table).reshape(-1, len(PULLS))
-
-
-def columns(table, names):
-    return {name: np.array(table[name], dtype=float) for name in names}
-
-
 def study(args, seed, folder):
     """Makes and searches one field; the numbers of found, missed and false, and the pulls."""
     data, sky, out = (folder / f"seed{seed}{suffix}" for suffix in (".uvfits", ".csv", ".fits"))
@@ -93,23 +55,18 @@ def study(args, seed, folder):
     search = [args.program, data, out, "--overwrite", "--quiet", *shlex.split(args.search)]
     subprocess.run(search, check=True)
     seconds = time.monotonic() - start
-    table = Table.read(sky, format="ascii.csv")
-    table.rename_columns(table.colnames, [name.split("[")[0] for name in table.colnames])
-    truth = columns(table, (*PULLS, "SNR"))
-    rows = columns(Table.read(out, hdu=1), (*PULLS, *(f"E_{k}" for k in PULLS), "SNR"))
-    pairs = match(rows, truth)
-    found = {j for _, j in pairs}
-    missed = [j for j in range(len(table)) if j not in found]
-    false = [i for i in range(len(rows["RA"])) if i not in {row for row, _ in pairs}]
-    print(f"seed {seed}: {len(pairs)} found, {len(missed)} missed, {len(false)} false, {seconds:.1f} s",
-          flush=True)
-    for j in missed:
-        print(f"  missed: {truth['RA'][j]:.6f} {truth['DEC'][j]:+.6f}, {truth['Total_flux'][j]:.0f} uJy, "
-              f"SNR {truth['SNR'][j]:.1f}")
-    for i in false:
-        print(f"  false: {rows['RA'][i]:.6f} {rows['DEC'][i]:+.6f}, {rows['Total_flux'][i]:.0f} uJy, "
-              f"SNR {rows['SNR'][i]:.1f}")
-    return len(pairs), len(missed), len(false), pulls(rows, truth, pairs)
+    evaluated = subprocess.run([args.program, "evaluate", "--json", out, sky],
+                               capture_output=True, text=True, check=True)
+    result = json.loads(evaluated.stdout)
+    matched, missed, false = (result[key] for key in ("matched", "missed", "false_rows"))
+    print(f"seed {seed}: {len(matched)} found, {len(missed)} missed, {len(false)} false, "
+          f"{seconds:.1f} s", flush=True)
+    for name, sources in (("missed", missed), ("false", false)):
+        for source in sources:
+            print(f"  {name}: {source['ra_deg']:.6f} {source['dec_deg']:+.6f}, "
+                  f"{source['flux_ujy']:.0f} uJy, SNR {source['snr']:.1f}")
+    pulls = np.array([row["pulls"] for row in matched], dtype=float)
+    return len(matched), len(missed), len(false), pulls.reshape(-1, len(PULLS))
 
 
 def main():

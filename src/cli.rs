@@ -1,5 +1,6 @@
 //! The command line: flags exactly as typed, and what they do to the configuration.
 
+mod evaluate;
 mod info;
 mod progress;
 mod simulate;
@@ -26,6 +27,8 @@ Examples:
       What is in the file, and how noisy it is.
   vis2cat simulate field.uvfits --array ska1-mid --sources 20 --truth truth.fits
       A field to try it on.
+  vis2cat evaluate sources.fits truth.fits
+      How much of it was found, and how well.
 
 Exit codes:
   0  done, also when no source was found
@@ -51,6 +54,8 @@ enum Command {
     Info(info::InfoArgs),
     /// Simulates an observation
     Simulate(Box<simulate::SimulateArgs>),
+    /// Compares a catalogue with the truth
+    Evaluate(evaluate::EvaluateArgs),
 }
 
 /// Flags that every command knows.
@@ -182,6 +187,7 @@ impl Cli {
         match &self.command {
             Some(Command::Info(args)) => args.common(),
             Some(Command::Simulate(args)) => args.common,
+            Some(Command::Evaluate(_)) => CommonArgs::default(),
             None => self.detect.common,
         }
     }
@@ -194,6 +200,7 @@ impl Cli {
         match self.command {
             Some(Command::Info(args)) => info::execute(&args),
             Some(Command::Simulate(args)) => simulate::execute(&args),
+            Some(Command::Evaluate(args)) => evaluate::execute(&args),
             None => detect(self.detect),
         }
     }

@@ -36,6 +36,27 @@ impl Lm {
 }
 
 impl RaDec {
+    /// The unit vector towards it: x to RA 0, z to the north pole.
+    pub fn unit_vector(self) -> [f64; 3] {
+        let (sin_ra, cos_ra) = self.ra_rad.sin_cos();
+        let (sin_dec, cos_dec) = self.dec_rad.sin_cos();
+        [cos_dec * cos_ra, cos_dec * sin_ra, sin_dec]
+    }
+
+    /// Angle between two directions [rad], precise at any distance.
+    ///
+    /// # Source
+    /// Vincenty 1975, Survey Review 23, 88, on a sphere.
+    pub fn separation_rad(self, other: RaDec) -> f64 {
+        let (sin_ra, cos_ra) = (other.ra_rad - self.ra_rad).sin_cos();
+        let (sin_1, cos_1) = self.dec_rad.sin_cos();
+        let (sin_2, cos_2) = other.dec_rad.sin_cos();
+        let east = cos_2 * sin_ra;
+        let north = cos_1 * sin_2 - sin_1 * cos_2 * cos_ra;
+        let along = sin_1 * sin_2 + cos_1 * cos_2 * cos_ra;
+        east.hypot(north).atan2(along)
+    }
+
     /// Direction cosines of `self` about `centre` (orthographic projection).
     pub fn to_lm(self, centre: RaDec) -> Lm {
         let d_ra = self.ra_rad - centre.ra_rad;
@@ -77,6 +98,32 @@ mod tests {
         for (l, m) in [(0.0, 0.0), (1e-5, -2e-6), (0.01, 0.02), (-0.3, 0.1)] {
             let back = RaDec::from_lm(Lm { l, m }, centre).to_lm(centre);
             assert!((back.l - l).abs() < 1e-6 * ARCSEC && (back.m - m).abs() < 1e-6 * ARCSEC);
+        }
+    }
+
+    #[test]
+    fn separations_are_those_of_a_sphere() {
+        let at = |ra: f64, dec: f64| RaDec {
+            ra_rad: ra * DEG,
+            dec_rad: dec * DEG,
+        };
+        for (a, b, deg) in [
+            (at(10.0, 20.0), at(10.0, 20.0), 0.0),
+            (at(10.0, 20.0), at(10.0, -25.0), 45.0),
+            (at(0.0, 0.0), at(90.0, 0.0), 90.0),
+            (at(0.0, 0.0), at(180.0, 0.0), 180.0),
+            (at(30.0, 89.0), at(210.0, 89.0), 2.0),
+            // cos d = sin² 60 + cos² 60 cos 60 = 7/8
+            (at(0.0, 60.0), at(60.0, 60.0), 0.875_f64.acos() / DEG),
+            // Across 0 h; 0.01 arcsec in RA at 60 deg is half of that on the sky.
+            (at(359.999_999, 0.0), at(0.000_001, 0.0), 2e-6),
+            (at(0.0, 60.0), at(0.01 / 3600.0, 60.0), 0.005 / 3600.0),
+        ] {
+            let error = a.separation_rad(b) / DEG - deg;
+            assert!(error.abs() < 1e-13 + 1e-12 * deg, "{a:?} {b:?}: {error}");
+            let chord = a.unit_vector().into_iter().zip(b.unit_vector());
+            let chord: f64 = chord.map(|(x, y)| (x - y).powi(2)).sum::<f64>().sqrt();
+            assert!((chord - 2.0 * (0.5 * deg * DEG).sin()).abs() < 1e-15);
         }
     }
 

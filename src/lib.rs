@@ -7,6 +7,7 @@ pub mod config;
 pub mod coords;
 pub mod dataset;
 pub mod detect;
+pub mod evaluate;
 pub mod likelihood;
 pub mod prior;
 pub mod rime;

@@ -32,7 +32,7 @@ mod write;
 pub use crate::pending::{PendingFile, refuse_existing};
 pub use card::{Cards, Keyword, Value};
 pub use spec::{Column, ColumnData, TableSpec};
-pub use table::{ReadColumn, Table, is_fits, read_table};
+pub use table::{ReadColumn, Table, find_table, is_fits, read_table};
 pub use write::{prepare_tables, write_tables};
 
 pub(crate) use write::extensions;

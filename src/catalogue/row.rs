@@ -83,6 +83,16 @@ impl Flags {
     }
 }
 
+/// Posterior probability of a source against none, where the local log evidence is `log_z` and
+/// `n_expected` sources are expected in the field, at least one.
+///
+/// # Source
+/// Hobson & McLachlan 2003, equation 24; Carvalho et al. 2009.
+pub fn p_source(log_z: f64, n_expected: usize) -> f64 {
+    let log_odds = log_z + (n_expected.max(1) as f64).ln();
+    1.0 / (1.0 + (-log_odds).exp())
+}
+
 /// One source of `CATALOGUE`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SourceRow {
@@ -123,6 +133,8 @@ pub struct ModeRow {
     pub tile_id: i64,
     /// Mean position.
     pub position: RaDec,
+    /// Standard deviation of the position, the larger of both axes [rad].
+    pub position_sigma_rad: f64,
     /// Mean direction cosines.
     pub lm: Lm,
     /// Total flux density [Jy].

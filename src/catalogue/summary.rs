@@ -14,10 +14,15 @@ const TITLES: [&str; 9] = [
 pub fn summary_table(sources: &[SourceRow]) -> String {
     let mut lines = vec![TITLES.map(str::to_owned)];
     lines.extend(sources.iter().map(cells));
+    aligned(&lines)
+}
+
+/// Lines of cells with their columns aligned: the first to the left, the others to the right.
+pub(crate) fn aligned<const N: usize>(lines: &[[String; N]]) -> String {
     let width = |column: usize| lines.iter().map(|l| l[column].chars().count()).max();
-    let widths: Vec<usize> = (0..TITLES.len()).map(|c| width(c).unwrap_or(0)).collect();
+    let widths: Vec<usize> = (0..N).map(|c| width(c).unwrap_or(0)).collect();
     let mut text = String::new();
-    for line in &lines {
+    for line in lines {
         let padded = line.iter().zip(&widths).enumerate();
         let cells: Vec<String> = padded
             .map(|(column, (cell, &width))| match column {

@@ -1,18 +1,14 @@
 //! Lists of sources: the truth of a simulation, or any catalogue with these columns.
 
-mod csv_table;
-mod units;
-
 use std::path::Path;
 
-use vis2cat_formats::fits::{Keyword, Table, TableSpec, is_fits, read_table, write_tables};
+use vis2cat_formats::fits::{Keyword, TableSpec, write_tables};
 use vis2cat_formats::{ReadError, WriteError};
 
-use self::csv_table::CsvTable;
-use self::units::{Dimension, Unit};
 use super::band::ucd_band;
 use super::columns::{TRUTH, build};
 use super::header::minimal;
+use super::list::{ListTable, Unit, malformed};
 use crate::coords::RaDec;
 use crate::rime::shape::Ellipticity;
 
@@ -53,12 +49,23 @@ pub fn write_truth(
     write_tables(path, overwrite, &cards, &[table])
 }
 
+/// A list of sources, and which of its columns the file has.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SourceList {
+    /// The sources.
+    pub sources: Vec<CatalogueSource>,
+    /// There is a column of scale-lengths; otherwise all are points.
+    pub has_scale: bool,
+    /// There are columns of ellipticities; otherwise all are round.
+    pub has_ellipticity: bool,
+}
+
 /// Reads sources from the first binary table of a FITS file, or from CSV.
 ///
 /// | column, in any case | unit, unless the table says another |
 /// |---|---|
 /// | `RA`, `DEC` | deg (also rad, arcmin, arcsec, mas) |
-/// | `Total_flux` | uJy (also Jy, mJy, nJy) |
+/// | `Total_flux` or `flux` | uJy (also Jy, mJy, nJy) |
 /// | `Scale_length`: 0 if there is none | arcsec (also deg, rad, arcmin, mas) |
 /// | `E1`, `E2`: 0 if there are none | |
 /// | `SNR`: NaN if there is none | |
@@ -69,31 +76,26 @@ pub fn write_truth(
 /// The file cannot be read; a column or unit is missing or unknown; a position, flux density, size or
 /// ellipticity is not finite or impossible. The error names column and row.
 pub fn read_sources(path: &Path) -> Result<Vec<CatalogueSource>, ReadError> {
-    let columns = if is_fits(path)? {
-        let table = read_table(path, None)?;
-        Columns::collect(path, table.rows(), |wanted| from_fits(&table, wanted))?
-    } else {
-        let table = CsvTable::read(path)?;
-        Columns::collect(path, table.rows(), |wanted| table.numbers(wanted))?
-    };
-    (0..columns.rows)
-        .map(|row| columns.source(path, row))
-        .collect()
+    Ok(read_source_list(path)?.sources)
 }
 
-/// A column's unit as the file gives it, and its values.
-type Raw = (Option<String>, Vec<f64>);
-
-fn from_fits(table: &Table, name: &str) -> Result<Option<Raw>, ReadError> {
-    let Some(column) = table.column(name) else {
-        return Ok(None);
-    };
-    Ok(Some((column.unit.clone(), table.numbers(name)?)))
+/// As [`read_sources`], with what the file says of sizes and shapes.
+///
+/// # Errors
+/// Those of [`read_sources`].
+pub fn read_source_list(path: &Path) -> Result<SourceList, ReadError> {
+    let table = ListTable::open(path)?;
+    let columns = Columns::read(&table)?;
+    let sources = (0..table.rows()).map(|row| columns.source(path, row));
+    Ok(SourceList {
+        sources: sources.collect::<Result<_, _>>()?,
+        has_scale: table.has("Scale_length"),
+        has_ellipticity: table.has("E1") && table.has("E2"),
+    })
 }
 
 /// The columns that make a source, in radians and janskys.
 struct Columns {
-    rows: usize,
     ra_rad: Vec<f64>,
     dec_rad: Vec<f64>,
     flux_jy: Vec<f64>,
@@ -104,43 +106,15 @@ struct Columns {
 }
 
 impl Columns {
-    fn collect(
-        path: &Path,
-        rows: usize,
-        mut get: impl FnMut(&str) -> Result<Option<Raw>, ReadError>,
-    ) -> Result<Self, ReadError> {
-        let mut column = |name: &str, unit: Unit, default: Option<f64>| {
-            let Some((given, mut values)) = get(name)? else {
-                return match default {
-                    Some(value) => Ok(vec![value; rows]),
-                    None => Err(malformed(
-                        path,
-                        format!("column {name}"),
-                        "there is none; RA, DEC and Total_flux are needed",
-                    )),
-                };
-            };
-            let factor = unit.factor(given.as_deref());
-            let factor = factor.map_err(|what| malformed(path, format!("column {name}"), &what))?;
-            for value in &mut values {
-                *value *= factor;
-            }
-            Ok(values)
-        };
-        let number = Unit::none();
+    fn read(table: &ListTable) -> Result<Self, ReadError> {
         Ok(Self {
-            rows,
-            ra_rad: column("RA", Unit::new(Dimension::Angle, "deg"), None)?,
-            dec_rad: column("DEC", Unit::new(Dimension::Angle, "deg"), None)?,
-            flux_jy: column("Total_flux", Unit::new(Dimension::Flux, "uJy"), None)?,
-            scale_rad: column(
-                "Scale_length",
-                Unit::new(Dimension::Angle, "arcsec"),
-                Some(0.0),
-            )?,
-            e1: column("E1", number, Some(0.0))?,
-            e2: column("E2", number, Some(0.0))?,
-            snr: column("SNR", number, Some(f64::NAN))?,
+            ra_rad: table.need("RA", Unit::angle("deg"))?,
+            dec_rad: table.need("DEC", Unit::angle("deg"))?,
+            flux_jy: table.need_flux()?,
+            scale_rad: table.column_or("Scale_length", Unit::angle("arcsec"), 0.0)?,
+            e1: table.column_or("E1", Unit::NONE, 0.0)?,
+            e2: table.column_or("E2", Unit::NONE, 0.0)?,
+            snr: table.column_or("SNR", Unit::NONE, f64::NAN)?,
         })
     }
 
@@ -194,14 +168,6 @@ fn fault(source: &CatalogueSource) -> Option<(&'static str, &'static str)> {
     ];
     let failed = checks.into_iter().find(|(_, fine, _)| !fine);
     failed.map(|(column, _, what)| (column, what))
-}
-
-fn malformed(path: &Path, place: String, what: &str) -> ReadError {
-    ReadError::Malformed {
-        path: path.into(),
-        place,
-        what: what.to_owned(),
-    }
 }
 
 #[cfg(test)]

@@ -34,6 +34,21 @@ pub enum Status {
 }
 
 impl Status {
+    /// Every status.
+    pub const ALL: [Self; 6] = [
+        Self::Kept,
+        Self::F1Duplicate,
+        Self::BelowCut,
+        Self::ExplainedByBrighter,
+        Self::PartOfNeighbour,
+        Self::WorseThanNoSource,
+    ];
+
+    /// The status that is called `word` in the catalogue.
+    pub fn parse(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|s| s.as_str() == word)
+    }
+
     /// The word in the catalogue.
     pub fn as_str(self) -> &'static str {
         match self {

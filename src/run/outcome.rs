@@ -111,7 +111,7 @@ impl Outcome {
                 mean: mode.log_z,
                 err: mode.log_z_err,
             },
-            p_source: probability(mode.log_z, n_source),
+            p_source: catalogue::p_source(mode.log_z, n_source),
             max_dlog_l: detected.max_dlog_l,
             post_row: self.posterior.len() as i64,
             post_n: rows.len() as i64,
@@ -131,13 +131,6 @@ impl Outcome {
             detection.n_eval,
         )
     }
-}
-
-/// Posterior probability of a source against none, where as many sources are expected in the
-/// field as were found (Hobson & McLachlan 2003, equation 24; Carvalho et al. 2009).
-fn probability(log_z: f64, n_source: usize) -> f64 {
-    let log_odds = log_z + (n_source.max(1) as f64).ln();
-    1.0 / (1.0 + (-log_odds).exp())
 }
 
 fn flags(settings: &Settings, mode: &Mode, mut flags: Flags) -> Flags {
@@ -179,6 +172,7 @@ fn modes(sources: &[SourceRow], detection: &Detection, frame: IcrsCentre) -> Vec
             mode_id,
             tile_id: mode.tile as i64,
             position: RaDec::from_lm(mean.lm, frame.centre),
+            position_sigma_rad: mode.position_sigma_rad,
             lm: mean.lm,
             flux_jy: Estimate {
                 mean: mean.flux_jy,

@@ -136,6 +136,7 @@ fn mode(mode_id: i64, status: Status, source_id: Option<i64>) -> ModeRow {
         mode_id,
         tile_id: 3,
         position: centre(),
+        position_sigma_rad: ARCSEC,
         lm: Lm::default(),
         flux_jy: Estimate {
             mean: 5e-6,

@@ -37,6 +37,7 @@ fn help_shows_examples_and_exit_codes() {
         assert!(text.contains(wanted), "{text}");
     }
     assert!(vis2cat_ok(["simulate", "--help"]).contains("--array ska1-mid"));
+    assert!(vis2cat_ok(["evaluate", "--help"]).contains("evaluate sources.fits truth.fits"));
     assert!(vis2cat_ok(["--version"]).starts_with("vis2cat "));
 }
 
@@ -62,6 +63,7 @@ fn a_wrong_command_line_is_2_and_says_what_to_write() {
         "meerkat",
     );
     fails("simulate a.uvfits --array meerkat", 2, "--sources");
+    fails("evaluate sources.fits", 2, "TRUTH");
 }
 
 #[test]

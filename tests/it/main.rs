@@ -5,6 +5,7 @@
 mod catalogue;
 mod cli;
 mod detect;
+mod evaluate;
 mod oracles;
 mod pyuvdata;
 mod sampler;

@@ -72,8 +72,21 @@ pub fn is_fits(path: &Path) -> Result<bool, ReadError> {
 /// The file cannot be read, is cut short, is no FITS, or has no such table; the error names HDU and
 /// column.
 pub fn read_table(path: &Path, extname: Option<&str>) -> Result<Table, ReadError> {
-    let whole = Place::file(path);
-    let mut file = File::open(path).map_err(|e| whole.io(e))?;
+    find_table(path, extname)?.ok_or_else(|| {
+        let what = match extname {
+            Some(name) => format!("there is no binary table called {name}"),
+            None => "there is no binary table".to_owned(),
+        };
+        Place::file(path).malformed("", what)
+    })
+}
+
+/// As [`read_table`], or `None` where the file has no such table.
+///
+/// # Errors
+/// The file cannot be read, is cut short, or is no FITS.
+pub fn find_table(path: &Path, extname: Option<&str>) -> Result<Option<Table>, ReadError> {
+    let mut file = File::open(path).map_err(|e| Place::file(path).io(e))?;
     let hdus = scan::scan(path, &mut file)?;
     let is_wanted = |hdu: &&Hdu| {
         hdu.header.text("XTENSION") == Some("BINTABLE")
@@ -83,17 +96,13 @@ pub fn read_table(path: &Path, extname: Option<&str>) -> Result<Table, ReadError
             }
     };
     let Some(hdu) = hdus.iter().find(is_wanted) else {
-        let what = match extname {
-            Some(name) => format!("there is no binary table called {name}"),
-            None => "there is no binary table".to_owned(),
-        };
-        return Err(whole.malformed("", what));
+        return Ok(None);
     };
     if hdu.header.logical("ZTABLE") {
         let what = "compressed tables are not read; uncompress it with funpack";
         return Err(hdu.header.place.unsupported("ZTABLE", what));
     }
-    Table::read(&mut file, hdu)
+    Table::read(&mut file, hdu).map(Some)
 }
 
 impl Table {

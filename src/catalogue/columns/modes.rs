@@ -2,7 +2,7 @@
 
 use super::{ColumnDef, Get, plain, real};
 use crate::catalogue::ModeRow;
-use crate::units::{DEG, MICROJY};
+use crate::units::{ARCSEC, DEG, MICROJY};
 
 /// Where the mode is, how strong, and what became of it.
 #[rustfmt::skip]
@@ -11,6 +11,7 @@ pub(in crate::catalogue) const MODES: &[ColumnDef<ModeRow>] = &[
     plain("Tile_id", "meta.id.parent", "the tile in which it was found", Get::Int(|r| r.tile_id)),
     real("RA", "deg", "pos.eq.ra;meta.main", "right ascension, ICRS, posterior mean", |r| r.position.ra_rad / DEG),
     real("DEC", "deg", "pos.eq.dec;meta.main", "declination, ICRS, posterior mean", |r| r.position.dec_rad / DEG),
+    real("E_Pos", "arcsec", "stat.error;pos.eq", "1 sigma of the position, the larger of both axes", |r| r.position_sigma_rad / ARCSEC),
     real("L", "rad", "pos.cartesian.x", "direction cosine l, east of the phase centre", |r| r.lm.l),
     real("M", "rad", "pos.cartesian.y", "direction cosine m, north of the phase centre", |r| r.lm.m),
     real("Total_flux", "uJy", "phot.flux.density;{band}", "total flux density, posterior mean", |r| r.flux_jy.mean / MICROJY),

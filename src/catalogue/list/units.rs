@@ -6,7 +6,7 @@ use crate::units::{ARCSEC, DEG, MICROJY};
 
 /// What a column measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Dimension {
+enum Dimension {
     Angle,
     Flux,
     Number,
@@ -14,7 +14,7 @@ pub(super) enum Dimension {
 
 /// What a column measures, and its unit where the file is silent.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Unit {
+pub(in crate::catalogue) struct Unit {
     dimension: Dimension,
     default: &'static str,
 }
@@ -39,16 +39,28 @@ const FLUXES: [(&str, f64); 6] = [
 ];
 
 impl Unit {
-    pub(super) const fn new(dimension: Dimension, default: &'static str) -> Self {
-        Self { dimension, default }
+    /// An angle, in `default` where the file is silent.
+    pub(in crate::catalogue) const fn angle(default: &'static str) -> Self {
+        Self {
+            dimension: Dimension::Angle,
+            default,
+        }
     }
 
-    pub(super) const fn none() -> Self {
-        Self::new(Dimension::Number, "")
-    }
+    /// A flux density, in microjanskys where the file is silent.
+    pub(in crate::catalogue) const FLUX: Self = Self {
+        dimension: Dimension::Flux,
+        default: "uJy",
+    };
+
+    /// A number, whose unit does not matter.
+    pub(in crate::catalogue) const NONE: Self = Self {
+        dimension: Dimension::Number,
+        default: "",
+    };
 
     /// What turns values in `given` into radians or janskys; or why nothing does.
-    pub(super) fn factor(self, given: Option<&str>) -> Result<f64, String> {
+    pub(in crate::catalogue) fn factor(self, given: Option<&str>) -> Result<f64, String> {
         let given = given.map(str::trim).filter(|u| !u.is_empty());
         let known: &[(&str, f64)] = match self.dimension {
             Dimension::Angle => &ANGLES,

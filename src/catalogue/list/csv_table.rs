@@ -42,17 +42,38 @@ impl CsvTable {
         self.records.len()
     }
 
-    /// Unit and numbers of the column `name`, in any case; an empty cell is NaN.
-    pub(super) fn numbers(&self, name: &str) -> Result<Option<Raw>, ReadError> {
+    /// The column `name`, in any case, that stands there once.
+    fn find(&self, name: &str) -> Result<Option<usize>, ReadError> {
         let mut found = (self.columns.iter().enumerate())
             .filter(|(_, (column, _))| column.eq_ignore_ascii_case(name));
-        let Some((at, (_, unit))) = found.next() else {
-            return Ok(None);
-        };
+        let at = found.next().map(|(at, _)| at);
         if found.next().is_some() {
             let place = format!("column {name}");
             return Err(malformed(&self.path, place, "it stands there twice"));
         }
+        Ok(at)
+    }
+
+    /// Whether there is a column `name`, in any case.
+    pub(super) fn has(&self, name: &str) -> bool {
+        let mut names = self.columns.iter();
+        names.any(|(column, _)| column.eq_ignore_ascii_case(name))
+    }
+
+    /// The cells of the column `name`, in any case.
+    pub(super) fn strings(&self, name: &str) -> Result<Option<Vec<String>>, ReadError> {
+        let cell = |at| {
+            let text = |record: &csv::StringRecord| record.get(at).unwrap_or_default().to_owned();
+            self.records.iter().map(text).collect()
+        };
+        Ok(self.find(name)?.map(cell))
+    }
+
+    /// Unit and numbers of the column `name`, in any case; an empty cell is NaN.
+    pub(super) fn numbers(&self, name: &str) -> Result<Option<Raw>, ReadError> {
+        let Some(at) = self.find(name)? else {
+            return Ok(None);
+        };
         let number = |(row, record): (usize, &csv::StringRecord)| {
             let text = record.get(at).unwrap_or_default();
             if text.is_empty() {
@@ -64,7 +85,8 @@ impl CsvTable {
             })
         };
         let numbers = self.records.iter().enumerate().map(number);
-        Ok(Some((unit.clone(), numbers.collect::<Result<_, _>>()?)))
+        let unit = self.columns[at].1.clone();
+        Ok(Some((unit, numbers.collect::<Result<_, _>>()?)))
     }
 }
 
