@@ -67,7 +67,7 @@ pub(super) fn certify(
 
 /// All samples if they are not more than `most`, else as many spread evenly over the weight; the one
 /// of highest ln L is always last.
-fn choose(samples: &[ModeSample], most: usize) -> Vec<usize> {
+pub(super) fn choose(samples: &[ModeSample], most: usize) -> Vec<usize> {
     let best = (0..samples.len()).max_by(|&i, &j| samples[i].log_l.total_cmp(&samples[j].log_l));
     let mut chosen: Vec<usize> = if samples.len() <= most {
         (0..samples.len()).collect()

@@ -184,10 +184,7 @@ fn search(
         .iter()
         .enumerate()
         .filter(|(_, mode)| mode.status == Status::Kept);
-    sources.extend(new.map(|(i, mode)| Found {
-        origin: first + i,
-        mode: mode.clone(),
-    }));
+    sources.extend(new.map(|(i, mode)| Found::new(first + i, mode.clone())));
     detection
         .modes
         .extend(modes.into_iter().map(Mode::without_samples));

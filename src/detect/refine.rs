@@ -1,19 +1,23 @@
 //! Each source sampled anew with all others removed, until the sources stand still.
 
+use super::certify::choose;
 use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore};
 use super::pipeline::stream_seed;
 use super::{DetectError, Mode, Observer};
-use crate::dataset::Dataset;
+use crate::dataset::{Dataset, Request};
 use crate::prior::{Region, SourcePrior, Window};
 use crate::rime::Source;
 
 /// Half the side of the region about a source, in standard deviations of its position.
 const REGION_SIGMAS: f64 = 8.0;
-/// Sources stand still when none moves by more than this, in its own standard deviations.
-const STANDSTILL_SIGMAS: f64 = 0.15;
+/// Samples of a source that are looked at again when others have changed.
+const N_WITNESS: usize = 8;
+/// A source is sampled again when its ln L has changed so that the change scatters by more than this
+/// over its samples: its posterior would move by as many standard deviations.
+const DISTURBED: f64 = 0.15;
 /// Rounds after which they are taken as they are.
 const MOST_ROUNDS: usize = 12;
-/// Sources nearer than this many widths of the beam disturb each other.
+/// Sources nearer than this many widths of the beam are sampled one after the other.
 const NEAR_BEAMS: f64 = 6.0;
 
 /// A source on its way: the mode that it is now.
@@ -23,6 +27,27 @@ pub(super) struct Found {
     pub(super) origin: usize,
     /// Its posterior as it stands.
     pub(super) mode: Mode,
+    /// Some of its samples with their exact ln L in the data that they were drawn from; none as long
+    /// as it was not sampled with the others removed.
+    witnesses: Vec<(Source, f64)>,
+}
+
+impl Found {
+    pub(super) fn new(origin: usize, mode: Mode) -> Self {
+        let witnesses = Vec::new();
+        Self {
+            origin,
+            mode,
+            witnesses,
+        }
+    }
+
+    fn witness_request(&self, restored: Source) -> Request {
+        Request {
+            points: self.witnesses.iter().map(|(source, _)| *source).collect(),
+            restored: vec![restored],
+        }
+    }
 }
 
 /// How thoroughly a source is sampled.
@@ -86,28 +111,28 @@ impl Refinement<'_> {
         self.repeat(dataset, sources, all, Depth::Full, seed, observer)
     }
 
-    /// Rounds over the sources `moving`, until none has a neighbour that has moved since it was
-    /// sampled.
+    /// Rounds over the sources `which` and all that others disturb, until nothing has changed
+    /// about any since it was sampled.
     fn repeat(
         &self,
         dataset: &mut Dataset,
         sources: &mut [Found],
-        mut moving: Vec<usize>,
+        mut which: Vec<usize>,
         depth: Depth,
         seed: u64,
         observer: &mut dyn Observer,
     ) -> Result<(), DetectError> {
         for round in 0..MOST_ROUNDS {
-            let before = sources.to_vec();
             let seed = stream_seed(seed, [round as u64, 0, 0]);
-            self.round(dataset, sources, &moving, depth, seed, observer)?;
-            let stood = |&i: &usize| stands_still(&before[i].mode, &sources[i].mode);
-            let moved: Vec<usize> = moving.iter().copied().filter(|i| !stood(i)).collect();
-            let is_near = |i, j| i != j && self.are_near(sources, i, j);
-            moving.retain(|&i| moved.iter().any(|&j| is_near(i, j)));
-            if moving.is_empty() {
+            self.round(dataset, sources, &which, depth, seed, observer)?;
+            which = disturbed(dataset, sources)?;
+            if which.is_empty() {
                 break;
             }
+            tracing::debug!(
+                "{} sources are disturbed by what changed about others",
+                which.len()
+            );
         }
         Ok(())
     }
@@ -154,17 +179,20 @@ impl Refinement<'_> {
                 },
             };
             let targets = group.iter().map(target).collect();
+            let old: Vec<Source> = group.iter().map(|&i| sources[i].mode.mean).collect();
+            let mut note = |explored: Explored| {
+                let mode = &mut sources[group[explored.index]].mode;
+                *mode = self.refined(mode, &explored);
+            };
             explore(
                 dataset,
                 self.prior,
                 self.factory,
                 targets,
                 observer,
-                &mut |explored| {
-                    let mode = &mut sources[group[explored.index]].mode;
-                    *mode = self.refined(mode, &explored);
-                },
+                &mut note,
             )?;
+            call_witnesses(dataset, sources, &group, &old)?;
         }
         dataset.set_removed(means(sources));
         Ok(())
@@ -218,8 +246,57 @@ pub(super) fn means(sources: &[Found]) -> Vec<Source> {
     sources.iter().map(|found| found.mode.mean).collect()
 }
 
-fn stands_still(old: &Mode, new: &Mode) -> bool {
-    let moved = old.mean.lm.distance(new.mean.lm);
-    moved < STANDSTILL_SIGMAS * new.position_sigma_rad
-        && (old.mean.flux_jy - new.mean.flux_jy).abs() < STANDSTILL_SIGMAS * new.flux_sigma_jy
+/// Takes the exact ln L of some samples of the sources `group`, in the data that they were drawn
+/// from: with the `old` models of these sources among the removed.
+fn call_witnesses(
+    dataset: &mut Dataset,
+    sources: &mut [Found],
+    group: &[usize],
+    old: &[Source],
+) -> Result<(), DetectError> {
+    for &i in group {
+        let samples = &sources[i].mode.samples;
+        let chosen = choose(samples, N_WITNESS);
+        sources[i].witnesses = chosen
+            .into_iter()
+            .map(|k| (samples[k].source, 0.0))
+            .collect();
+    }
+    let requests: Vec<Request> = group
+        .iter()
+        .zip(old)
+        .map(|(&i, old)| sources[i].witness_request(*old))
+        .collect();
+    let xy = dataset.evaluate(&requests)?;
+    for (&i, xy) in group.iter().zip(&xy) {
+        for ((source, log_l), xy) in sources[i].witnesses.iter_mut().zip(xy) {
+            *log_l = xy.log_l(source.flux_jy);
+        }
+    }
+    Ok(())
+}
+
+/// The sources about which the data have changed since they were sampled: so much that their
+/// posterior would move. They are left out of the data.
+fn disturbed(dataset: &mut Dataset, sources: &[Found]) -> Result<Vec<usize>, DetectError> {
+    dataset.set_removed(means(sources));
+    let requests: Vec<Request> = sources
+        .iter()
+        .map(|found| found.witness_request(found.mode.mean))
+        .collect();
+    let xy = dataset.evaluate(&requests)?;
+    let is_disturbed = |&i: &usize| {
+        let witnesses = sources[i].witnesses.iter().zip(&xy[i]);
+        let change: Vec<f64> = witnesses
+            .map(|((source, log_l), xy)| xy.log_l(source.flux_jy) - log_l)
+            .collect();
+        scatter(&change) > DISTURBED
+    };
+    Ok((0..sources.len()).filter(is_disturbed).collect())
+}
+
+fn scatter(values: &[f64]) -> f64 {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
 }
