@@ -94,6 +94,8 @@ pub(super) struct Ingest {
     chunk: VisChunk,
     /// Weight of each correlation, where the file's is not to be used.
     sefd_weight_p: Vec<f32>,
+    /// Most samples in a block.
+    pub(super) block_len: usize,
     /// Next row of the chunk.
     row: usize,
     at_end: bool,
@@ -121,6 +123,7 @@ impl Ingest {
         let sefd_weight_p = vec![0.0; observation.corrs.len()];
         Self {
             sefd_weight_p,
+            block_len: BLOCK_LEN + n_chan,
             reader,
             rule,
             field,
@@ -153,7 +156,7 @@ impl Ingest {
         &mut self,
         tally: &mut impl Tally,
     ) -> Result<Option<VisBlock>, DatasetError> {
-        let mut block = VisBlock::default();
+        let mut block = VisBlock::with_capacity(self.block_len);
         while block.len() < BLOCK_LEN && !self.at_end {
             if self.row == self.chunk.n_row {
                 self.row = 0;

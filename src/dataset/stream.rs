@@ -3,7 +3,7 @@
 use std::sync::mpsc::sync_channel;
 
 use super::ingest::{Ingest, NoTally};
-use super::{BLOCK_LEN, DatasetError, SAMPLE_BYTES};
+use super::{DatasetError, SAMPLE_BYTES};
 use crate::likelihood::{VisBlock, subtract};
 use crate::rime::Source;
 use crate::rime::shape::Profile;
@@ -20,7 +20,7 @@ pub(super) struct Stream {
 
 impl Stream {
     pub(super) fn new(ingest: Ingest, memory_bytes: f64) -> Self {
-        let block_bytes = (BLOCK_LEN * SAMPLE_BYTES) as f64;
+        let block_bytes = (ingest.block_len * SAMPLE_BYTES) as f64;
         let blocks_per_batch = (memory_bytes / (BATCHES as f64 * block_bytes)).max(1.0) as usize;
         Self {
             ingest,

@@ -15,8 +15,8 @@ use crate::rime::Source;
 
 /// Sizes of facets are powers of this times the beam, so that few plans serve all regions.
 const SIZE_STEP: f64 = 1.25;
-/// Blocks that facets are filled with at a time: they are copied and sorted (38 MB).
-pub(super) const BLOCKS_AT_A_TIME: usize = 128;
+/// Blocks that facets are filled with at a time: they are copied and sorted (19 MB).
+pub(super) const BLOCKS_AT_A_TIME: usize = 64;
 /// Points of a view that one core evaluates at a time.
 const POINTS_PER_TASK: usize = 8;
 

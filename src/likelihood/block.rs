@@ -19,6 +19,18 @@ pub struct VisBlock {
 }
 
 impl VisBlock {
+    /// No samples, with room for `len`.
+    pub fn with_capacity(len: usize) -> Self {
+        Self {
+            u: Vec::with_capacity(len),
+            v: Vec::with_capacity(len),
+            w: Vec::with_capacity(len),
+            weighted_re: Vec::with_capacity(len),
+            weighted_im: Vec::with_capacity(len),
+            weight: Vec::with_capacity(len),
+        }
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.weight.len()

@@ -28,7 +28,7 @@ impl Queue {
         let mut first = 0;
         while first < block.len() {
             if self.chunks.last().is_none_or(|chunk| chunk.len() == CHUNK) {
-                self.chunks.push(VisBlock::default());
+                self.chunks.push(VisBlock::with_capacity(CHUNK));
             }
             let Some(chunk) = self.chunks.last_mut() else {
                 return;
