@@ -13,8 +13,8 @@
 //! two in a likelihood.) A hand alone holds I ± V (circular) or I ± Q (linear): it stands for I as
 //! Miriad's `ii` and CASA's `pseudoI` have it, which assumes unpolarised sources.
 //!
-//! A file of Stokes I (code 1) is taken as it is. Files whose correlations are sums, I = XX + YY,
-//! cannot be told from others and are read a factor of two too bright.
+//! A file of Stokes I (code 1) is taken as it is. Files in the convention I = XX + YY cannot be told
+//! from others: their hands give half of I.
 
 use num_complex::Complex;
 
