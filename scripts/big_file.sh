@@ -1,6 +1,6 @@
 #!/bin/sh
 # Memory on a file that does not fit: simulates a UVFITS file of about SIZE_GB gigabytes, looks at it
-# with `vis2cat info`, finds the source in it with 64 MB for visibilities, and prints the peak memory of
+# with `vis2cat info`, finds the source in it, and prints the peak memory of
 # each.
 #
 #   sh scripts/big_file.sh SIZE_GB [FOLDER]     (FOLDER: where the file goes; target/big if not given)
@@ -34,4 +34,4 @@ measure $vis2cat simulate "$folder/big.uvfits" --array vla-b --dec 30deg --hours
 ls -l "$folder/big.uvfits" | awk '{ printf "file %.2f GB\n", $5 / 1e9 }'
 measure $vis2cat info "$folder/big.uvfits"
 measure $vis2cat "$folder/big.uvfits" "$folder/big.fits" --fov 30arcsec --tiles 4 --n-live 50 \
-    --flux 1mJy:4mJy --memory 64MB --overwrite "$@"
+    --flux 1mJy:4mJy --overwrite "$@"

@@ -10,6 +10,8 @@ use crate::rime::shape::Profile;
 
 /// Batches alive at a time: one being read, one waiting, one in use.
 const BATCHES: usize = 3;
+/// Most bytes of all of them: more would make nothing faster.
+const MOST_BYTES: f64 = 64e6;
 
 pub(super) struct Stream {
     ingest: Ingest,
@@ -21,7 +23,8 @@ pub(super) struct Stream {
 impl Stream {
     pub(super) fn new(ingest: Ingest, memory_bytes: f64) -> Self {
         let block_bytes = (ingest.block_len * SAMPLE_BYTES) as f64;
-        let blocks_per_batch = (memory_bytes / (BATCHES as f64 * block_bytes)).max(1.0) as usize;
+        let bytes = memory_bytes.min(MOST_BYTES);
+        let blocks_per_batch = (bytes / (BATCHES as f64 * block_bytes)).max(1.0) as usize;
         Self {
             ingest,
             blocks_per_batch,
