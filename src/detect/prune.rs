@@ -78,7 +78,7 @@ impl Refinement<'_> {
             &sources[j].mode,
             sources[i].mode.mean.lm.distance(sources[j].mode.mean.lm),
         );
-        let region = self.region(old).grown(apart).clipped(self.field);
+        let region = self.region(old, 1.0).grown(apart).clipped(self.field);
         let target = Target {
             region,
             window: Window::FULL,

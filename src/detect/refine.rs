@@ -10,6 +10,10 @@ use crate::rime::Source;
 
 /// Half the side of the region about a source, in standard deviations of its position.
 const REGION_SIGMAS: f64 = 8.0;
+/// A posterior closer than this many standard deviations to the edge of its region is cut off.
+const EDGE_SIGMAS: f64 = 3.0;
+/// How much larger the region is then made.
+const WIDER: f64 = 4.0;
 /// Samples of a source that are looked at again when others have changed.
 const N_WITNESS: usize = 8;
 /// A source is sampled again when its ln L has changed so that the change scatters by more than this
@@ -30,6 +34,8 @@ pub(super) struct Found {
     /// Some of its samples with their exact ln L in the data that they were drawn from; none as long
     /// as it was not sampled with the others removed.
     witnesses: Vec<(Source, f64)>,
+    /// How many times larger than usual the region about it is: its posterior reached the edge.
+    widening: f64,
 }
 
 impl Found {
@@ -39,6 +45,7 @@ impl Found {
             origin,
             mode,
             witnesses,
+            widening: 1.0,
         }
     }
 
@@ -126,6 +133,10 @@ impl Refinement<'_> {
             let seed = stream_seed(seed, [round as u64, 0, 0]);
             self.round(dataset, sources, &which, depth, seed, observer)?;
             which = disturbed(dataset, sources)?;
+            let is_cut_off = |i: &usize| sources[*i].widening > 1.0 && !which.contains(i);
+            let cut_off: Vec<usize> = (0..sources.len()).filter(is_cut_off).collect();
+            which.extend(cut_off);
+            which.sort_unstable();
             if which.is_empty() {
                 break;
             }
@@ -164,7 +175,7 @@ impl Refinement<'_> {
         for group in self.apart(sources, which) {
             dataset.set_removed(means(sources));
             let target = |&i: &usize| Target {
-                region: self.region(&sources[i].mode),
+                region: self.region(&sources[i].mode, sources[i].widening),
                 window: depth.window(),
                 restored: vec![sources[i].mode.mean],
                 is_exact: depth == Depth::Exact,
@@ -181,8 +192,13 @@ impl Refinement<'_> {
             let targets = group.iter().map(target).collect();
             let old: Vec<Source> = group.iter().map(|&i| sources[i].mode.mean).collect();
             let mut note = |explored: Explored| {
-                let mode = &mut sources[group[explored.index]].mode;
-                *mode = self.refined(mode, &explored);
+                let found = &mut sources[group[explored.index]];
+                found.mode = self.refined(&found.mode, &explored);
+                found.widening = if self.is_cut_off(&found.mode, &explored.region) {
+                    WIDER * found.widening
+                } else {
+                    1.0
+                };
             };
             explore(
                 dataset,
@@ -219,10 +235,19 @@ impl Refinement<'_> {
 
     /// Where the posterior of a source lies. A mode that was left before it was narrow, or after
     /// it had become a single point, has at least the error that its signal-to-noise ratio allows.
-    pub(super) fn region(&self, mode: &Mode) -> Region {
+    pub(super) fn region(&self, mode: &Mode, widening: f64) -> Region {
         let least = self.beam_rad / mode.snr_peak().max(1.0);
-        let half = REGION_SIGMAS * mode.position_sigma_rad.max(least);
+        let half = widening * REGION_SIGMAS * mode.position_sigma_rad.max(least);
         Region::square(mode.mean.lm, 2.0 * half).clipped(self.field)
+    }
+
+    /// Does the posterior end at an edge of `region` that is none of the field? The source lay
+    /// elsewhere when its neighbours were not yet known.
+    fn is_cut_off(&self, mode: &Mode, region: &Region) -> bool {
+        let reach = EDGE_SIGMAS * mode.position_sigma_rad;
+        let least = self.beam_rad / mode.snr_peak().max(1.0);
+        region.distance_to_edge(mode.mean.lm) < reach.max(least)
+            && self.field.distance_to_edge(mode.mean.lm) >= reach.max(least)
     }
 
     /// The whole run about a source is its posterior.

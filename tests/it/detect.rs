@@ -27,6 +27,14 @@ RA,DEC,Total_flux,Scale_length,E1,E2
 53.1070,-30.0110,800,3,0,-0.2
 ";
 
+/// Two bright galaxies 41 arcsec apart, where the core of the array still sees a fifth of one in the
+/// other.
+const PAIR: &str = "\
+RA,DEC,Total_flux,Scale_length,E1,E2
+53.1150677941,-30.3296622106,93.27,2.497,0.065,-0.126
+53.1226108161,-30.3203582949,130.8,1.746,-0.006,-0.439
+";
+
 /// No estimate may be further from the truth than this many of its own errors.
 const LARGEST_PULL: f64 = 5.0;
 /// A match: within three sigma, and at least this.
@@ -323,6 +331,26 @@ fn a_galaxy_among_sidelobes_is_not_split_in_two() {
         .position(|s| s == "part_of_neighbour")
         .unwrap();
     assert_eq!(modes.numbers("Source_id").unwrap()[part], 2.0);
+}
+
+/// The first model of each is far off, as the other still stands in the data: both must be sampled
+/// again until nothing changes, and be found where they are, outside the region of their first model.
+#[test]
+fn bright_neighbours_end_up_where_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let in_folder = |name: &str| folder.path().join(name).display().to_string();
+    let (list, data) = (in_folder("sky.csv"), in_folder("field.uvfits"));
+    let (truth, out) = (in_folder("truth.fits"), in_folder("out.fits"));
+    std::fs::write(&list, PAIR).unwrap();
+    let simulate = format!(
+        "simulate {data} --array ska1-mid --ra 53.1188deg --dec -30.325deg --tint 1h --sefd 51Jy \
+         --catalogue {list} --truth {truth}"
+    );
+    vis2cat_ok(simulate.split_whitespace());
+    vis2cat_ok(format!("{data} {out} --fov 2arcmin").split_whitespace());
+    let truth = read_sources(Path::new(&truth)).unwrap();
+    let pull = largest_pull(&read_table(Path::new(&out), None).unwrap(), &truth);
+    assert!(pull < LARGEST_PULL, "{pull}");
 }
 
 #[test]
