@@ -1,12 +1,13 @@
 //! Reads any visibility file and writes it again: `rewrite_vis IN OUT`.
 //!
-//! OUT is written as UVH5 if its name ends in `.uvh5`, as UVFITS otherwise.
+//! OUT is written as UVH5 if its name ends in `.uvh5`, as a Measurement Set if in `.ms`, as UVFITS
+//! otherwise.
 
 use std::error::Error;
 use std::path::Path;
 
 use vis2cat_formats::{
-    Observation, UvfitsWriter, Uvh5Writer, VisChunk, VisWriter, WriteError, open,
+    MsWriter, Observation, UvfitsWriter, Uvh5Writer, VisChunk, VisWriter, WriteError, open,
 };
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -25,9 +26,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn writer(path: &Path, observation: &Observation) -> Result<Box<dyn VisWriter>, WriteError> {
-    Ok(if path.extension().is_some_and(|e| e == "uvh5") {
-        Box::new(Uvh5Writer::create(path, observation, true)?)
-    } else {
-        Box::new(UvfitsWriter::create(path, observation, true)?)
+    Ok(match path.extension().and_then(|e| e.to_str()) {
+        Some("uvh5") => Box::new(Uvh5Writer::create(path, observation, true)?),
+        Some("ms") => Box::new(MsWriter::create(path, observation, true)?),
+        _ => Box::new(UvfitsWriter::create(path, observation, true)?),
     })
 }

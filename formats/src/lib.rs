@@ -8,7 +8,8 @@
 //! |---|---|---|---|
 //! | UVFITS (random groups, AIPS Memo 117) | [`UvfitsReader`] | [`UvfitsWriter`] | `SIMPLE` and `GROUPS = T` |
 //! | UVH5 (pyuvdata's HDF5, all versions) | [`Uvh5Reader`] | [`Uvh5Writer`] | HDF5 signature, groups `Header` and `Data` |
-//! | UVFITS in a table (AIPS `FITAB`), Measurement Set | no: an error names it | no | `NAXIS1 = 777777701`, `table.dat` |
+//! | Measurement Set 2 (casacore tables; feature `ms`) | [`MsReader`] | [`MsWriter`] | a directory with `table.dat` |
+//! | UVFITS in a table (AIPS `FITAB`) | no: an error names it | no | `NAXIS1 = 777777701` |
 //!
 //! [`open`] goes by what stands in a file, never by its name. [`stokes_i`] makes total intensity of
 //! whatever correlations there are, with the weights that belong to it.
@@ -25,11 +26,13 @@
 //! each of them with the stored values.
 //!
 //! # The sense of a baseline
-//! In a [`VisChunk`] (u, v, w) are those of r(ant1) - r(ant2), as in UVFITS. UVH5 has them the other way:
+//! In a [`VisChunk`] (u, v, w) are those of r(ant1) - r(ant2), as in UVFITS and in Measurement Sets. UVH5 has them the other way:
 //! its reader and its writer negate (u, v, w) and conjugate the data, always both, which changes signs
 //! only, loses nothing, and leaves the phase convention as it is. Beyond that nothing is turned round:
 //! a file whose coordinates go against its own format is told of in a warning, not repaired.
 
+#[cfg(feature = "ms")]
+mod casa;
 mod chunk;
 mod date;
 mod direction;
@@ -37,9 +40,13 @@ mod error;
 pub mod fits;
 mod frame;
 mod h5;
+#[cfg(feature = "ms")]
+mod ms;
 mod observation;
 mod open;
 mod pending;
+#[cfg(feature = "ms")]
+mod pending_dir;
 mod reader;
 mod stokes;
 mod uvfits;
@@ -47,10 +54,13 @@ mod uvh5;
 
 pub use chunk::VisChunk;
 pub use error::{ReadError, WriteError};
+#[cfg(feature = "ms")]
+pub use ms::{MsReader, MsWriter};
 pub use observation::{
-    Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, Observation, TimeScale, Uvh5Notes,
+    Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, MsNotes, Observation, TimeScale,
+    Uvh5Notes,
 };
-pub use open::open;
+pub use open::{ReadOptions, open, open_with};
 pub use reader::{VisReader, VisWriter};
 pub use stokes::{NoStokesI, StokesIRule, stokes_i};
 pub use uvfits::{UvfitsReader, UvfitsWriter};

@@ -35,6 +35,17 @@ pub struct Observation {
     pub warnings: Vec<String>,
     /// What only UVH5 files say; `None` for other formats.
     pub uvh5: Option<Uvh5Notes>,
+    /// What only Measurement Sets say; `None` for other formats.
+    pub ms: Option<MsNotes>,
+}
+
+/// Which columns of a Measurement Set were read.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct MsNotes {
+    /// Column of the visibilities.
+    pub data_column: String,
+    /// Column of the weights, or of the standard deviations that they were made of.
+    pub weight_column: String,
 }
 
 /// What only UVH5 files say of an observation.

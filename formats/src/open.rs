@@ -13,27 +13,35 @@ const HDF5_SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 /// First bytes of a FITS file.
 const FITS_SIGNATURE: &[u8] = b"SIMPLE  =";
 
+/// What to read of a file that holds more than one thing.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// Column of visibilities of a Measurement Set; none = `CORRECTED_DATA` where it is filled,
+    /// `DATA` otherwise.
+    pub data_column: Option<String>,
+}
+
 /// Opens a visibility file.
 ///
 /// # Errors
 /// The path cannot be read, is no visibility file, or is of a kind that is not read yet.
 pub fn open(path: &Path) -> Result<Box<dyn VisReader>, ReadError> {
-    let unsupported = |place: &str, what: &str| ReadError::Unsupported {
-        path: path.to_owned(),
-        place: place.to_owned(),
-        what: what.to_owned(),
-    };
+    open_with(path, &ReadOptions::default())
+}
+
+/// Opens a visibility file and chooses what is read.
+///
+/// # Errors
+/// As [`open`], or the file has nothing to choose from.
+pub fn open_with(path: &Path, options: &ReadOptions) -> Result<Box<dyn VisReader>, ReadError> {
     if path.is_dir() {
-        return Err(if path.join("table.dat").is_file() {
-            unsupported(
-                "directory",
-                "Measurement Sets are not read yet; write UVFITS",
-            )
-        } else {
-            unsupported(
-                "directory",
-                "is no Measurement Set (there is no table.dat in it)",
-            )
+        return open_directory(path, options);
+    }
+    if options.data_column.is_some() {
+        return Err(ReadError::Unsupported {
+            path: path.to_owned(),
+            place: "file".to_owned(),
+            what: "only Measurement Sets have a choice of data columns".to_owned(),
         });
     }
     let start = first_bytes(path).map_err(|source| ReadError::Io {
@@ -55,6 +63,35 @@ pub fn open(path: &Path) -> Result<Box<dyn VisReader>, ReadError> {
             "is no visibility file: not FITS, not HDF5"
         }
         .to_owned(),
+    })
+}
+
+fn open_directory(path: &Path, options: &ReadOptions) -> Result<Box<dyn VisReader>, ReadError> {
+    if !path.join("table.dat").is_file() {
+        return Err(ReadError::Unsupported {
+            path: path.to_owned(),
+            place: "directory".to_owned(),
+            what: "is no Measurement Set (there is no table.dat in it)".to_owned(),
+        });
+    }
+    open_measurement_set(path, options)
+}
+
+#[cfg(feature = "ms")]
+fn open_measurement_set(
+    path: &Path,
+    options: &ReadOptions,
+) -> Result<Box<dyn VisReader>, ReadError> {
+    let reader = crate::ms::MsReader::open(path, options.data_column.as_deref())?;
+    Ok(Box::new(reader))
+}
+
+#[cfg(not(feature = "ms"))]
+fn open_measurement_set(path: &Path, _: &ReadOptions) -> Result<Box<dyn VisReader>, ReadError> {
+    Err(ReadError::Unsupported {
+        path: path.to_owned(),
+        place: "directory".to_owned(),
+        what: "this build does not read Measurement Sets: build with the feature `ms`".to_owned(),
     })
 }
 

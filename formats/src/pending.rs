@@ -1,5 +1,6 @@
 //! A file that gets its name only once it is whole.
 
+use std::ffi::OsString;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -120,21 +121,27 @@ impl PendingFile {
     }
 }
 
-fn io_error(path: &Path, source: io::Error) -> WriteError {
+pub(crate) fn io_error(path: &Path, source: io::Error) -> WriteError {
     let path = path.into();
     WriteError::Io { path, source }
 }
 
-fn temp_file(path: &Path) -> io::Result<NamedTempFile> {
+/// How the name of what is not whole yet begins.
+pub(crate) fn hidden_name(path: &Path) -> io::Result<OsString> {
     let Some(name) = path.file_name() else {
         return Err(io::Error::new(
             io::ErrorKind::InvalidInput,
             "the path names no file",
         ));
     };
-    let mut prefix = std::ffi::OsString::from(".");
+    let mut prefix = OsString::from(".");
     prefix.push(name);
     prefix.push(".");
+    Ok(prefix)
+}
+
+fn temp_file(path: &Path) -> io::Result<NamedTempFile> {
+    let prefix = hidden_name(path)?;
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(".part");
     #[cfg(unix)]
@@ -146,7 +153,7 @@ fn temp_file(path: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(directory(path))
 }
 
-fn directory(path: &Path) -> &Path {
+pub(crate) fn directory(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -154,7 +161,7 @@ fn directory(path: &Path) -> &Path {
 }
 
 /// Makes the new name itself survive a power cut, where the system can; the file is whole anyway.
-fn sync_directory(path: &Path) {
+pub(crate) fn sync_directory(path: &Path) {
     if let Ok(directory) = std::fs::File::open(directory(path)) {
         let _ = directory.sync_all();
     }

@@ -46,6 +46,7 @@ pub(super) fn describe(
         )],
         warnings: Vec::new(),
         uvh5: None,
+        ms: None,
     }
 }
 

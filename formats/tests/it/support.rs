@@ -123,6 +123,7 @@ pub(crate) fn observation(shape: &Shape) -> Observation {
         history: vec!["AIPS WTSCAL = 1.0".into(), "made for a test".into()],
         warnings: Vec::new(),
         uvh5: None,
+        ms: None,
     }
 }
 
