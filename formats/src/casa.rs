@@ -35,8 +35,16 @@ fn lock() -> MutexGuard<'static, ()> {
     CASACORE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// How casacore says that a cell was never filled, which does no harm.
+const EMPTY_CELL: &str = "no array in row";
+
 /// A table of casacore's, which may go from thread to thread.
-struct Handle(Option<rubbl_casatables::Table>);
+struct Handle {
+    table: Option<rubbl_casatables::Table>,
+    /// Why nothing more can be asked of it: casacore does not survive a second try at a storage
+    /// manager that it could not make sense of.
+    broken: Option<String>,
+}
 
 // SAFETY: casacore keeps nothing by thread, and every call is made under `CASACORE`.
 #[allow(unsafe_code)]
@@ -44,26 +52,38 @@ unsafe impl Send for Handle {}
 
 impl Handle {
     fn new(table: rubbl_casatables::Table) -> Self {
-        Self(Some(table))
+        Self {
+            table: Some(table),
+            broken: None,
+        }
     }
 
-    /// Calls casacore.
+    /// Calls casacore; after it has failed it is not called again.
     fn with<T>(
         &mut self,
         call: impl FnOnce(&mut rubbl_casatables::Table) -> Result<T, TableError>,
     ) -> Result<T, String> {
-        let Some(table) = &mut self.0 else {
+        if let Some(why) = &self.broken {
+            return Err(why.clone());
+        }
+        let Some(table) = &mut self.table else {
             return Err("the table is closed".into());
         };
         let _alone = lock();
-        call(table).map_err(|error| words(&error))
+        call(table).map_err(|error| {
+            let what = words(&error);
+            if matches!(error, TableError::Casacore(_)) && !what.contains(EMPTY_CELL) {
+                self.broken = Some(what.clone());
+            }
+            what
+        })
     }
 }
 
 impl Drop for Handle {
     fn drop(&mut self) {
         let _alone = lock();
-        self.0 = None;
+        self.table = None;
     }
 }
 

@@ -279,7 +279,7 @@ impl NewTable {
         let NewTable {
             name, mut handle, ..
         } = part;
-        let Some(table) = handle.0.take() else {
+        let Some(table) = handle.table.take() else {
             return Ok(());
         };
         self.call(&name, |main| Ok(main.put_table_keyword(&name, table)?))

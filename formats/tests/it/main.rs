@@ -6,6 +6,7 @@
 mod dialects;
 mod fixtures;
 mod made;
+mod ms;
 mod real;
 mod round_trip;
 mod support;

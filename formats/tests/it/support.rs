@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use num_complex::Complex;
 use vis2cat_formats::{
-    Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, Observation, ReadError, TimeScale,
-    UvfitsWriter, Uvh5Writer, VisChunk, VisReader, VisWriter, open,
+    Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, MsWriter, Observation, ReadError,
+    TimeScale, UvfitsWriter, Uvh5Writer, VisChunk, VisReader, VisWriter, open,
 };
 
 /// The repository's `fixtures/NAME`.
@@ -15,11 +15,41 @@ pub(crate) fn fixtures(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// Files of a folder with visibilities, whatever their format, sorted.
-pub(crate) fn visibility_files(folder: &Path) -> Vec<PathBuf> {
+/// A file or directory of visibilities.
+#[derive(Debug)]
+pub(crate) struct Fixture {
+    /// What is to be opened.
+    pub(crate) path: PathBuf,
+    /// The same name in the folder of fixtures, where what is known of it stands.
+    pub(crate) beside: PathBuf,
+    /// Where an archive was unpacked.
+    _unpacked: Option<tempfile::TempDir>,
+}
+
+/// The visibilities of a folder, whatever their format, sorted. Directories are kept in archives.
+pub(crate) fn visibility_files(folder: &Path) -> Vec<Fixture> {
     let mut paths = files(folder, "uvfits");
     paths.extend(files(folder, "uvh5"));
-    paths
+    let plain = paths.into_iter().map(|path| Fixture {
+        beside: path.clone(),
+        path,
+        _unpacked: None,
+    });
+    let archives = files(folder, "gz").into_iter().map(|path| unpack(&path));
+    plain.chain(archives).collect()
+}
+
+/// `NAME.ms` of an archive `NAME.ms.tar.gz`.
+pub(crate) fn unpack(archive: &Path) -> Fixture {
+    let folder = tempfile::tempdir().unwrap();
+    let packed = flate2::read::GzDecoder::new(std::fs::File::open(archive).unwrap());
+    tar::Archive::new(packed).unpack(folder.path()).unwrap();
+    let beside = archive.with_extension("").with_extension("");
+    Fixture {
+        path: folder.path().join(beside.file_name().unwrap()),
+        beside,
+        _unpacked: Some(folder),
+    }
 }
 
 /// Names of everything in a folder, hidden files too.
@@ -180,10 +210,10 @@ pub(crate) fn chunk(shape: &Shape) -> VisChunk {
 
 /// A writer of the format that the path's extension names.
 pub(crate) fn writer(path: &Path, observation: &Observation) -> Box<dyn VisWriter> {
-    if path.extension().unwrap() == "uvh5" {
-        Box::new(Uvh5Writer::create(path, observation, false).unwrap())
-    } else {
-        Box::new(UvfitsWriter::create(path, observation, false).unwrap())
+    match path.extension().unwrap().to_str().unwrap() {
+        "uvh5" => Box::new(Uvh5Writer::create(path, observation, false).unwrap()),
+        "ms" => Box::new(MsWriter::create(path, observation, false).unwrap()),
+        _ => Box::new(UvfitsWriter::create(path, observation, false).unwrap()),
     }
 }
 
@@ -196,7 +226,9 @@ pub(crate) fn write(path: &Path, observation: &Observation, chunk: &VisChunk) {
 
 /// Whether a warning says that coordinates and antenna positions disagree, as random ones do.
 pub(crate) fn is_about_direction(warning: &str) -> bool {
-    warning.starts_with("UU, VV, WW") || warning.starts_with("uvw_array")
+    ["UU, VV, WW", "uvw_array", "UVW"]
+        .iter()
+        .any(|coordinates| warning.starts_with(coordinates))
 }
 
 /// Reads a file from front to back, `max_row` rows at a time, into one chunk.
