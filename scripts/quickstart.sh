@@ -7,7 +7,7 @@ set -eu
 cd "$(dirname "$0")/.."
 . scripts/debian.sh
 
-need_commands gcc:gcc make:make cc:gcc cmake:cmake
+need_commands gcc:gcc g++:g++ make:make cc:gcc cmake:cmake
 need_files /usr/include/stdlib.h:libc6-dev
 need_rust
 

@@ -77,7 +77,7 @@ pub struct CommonArgs {
 
 #[derive(Debug, Args)]
 struct DetectArgs {
-    /// Visibilities: a UVFITS or UVH5 file
+    /// Visibilities: a UVFITS or UVH5 file, or a Measurement Set
     #[arg(value_name = "IN", required = true)]
     input: Option<PathBuf>,
     /// Catalogue to write; the posterior samples go to OUT.posterior.fits
@@ -101,6 +101,9 @@ struct Flags {
     /// Name or number of the field, where the file holds several
     #[arg(long, value_name = "FIELD")]
     field: Option<String>,
+    /// Column of visibilities of a Measurement Set [default: CORRECTED_DATA where filled, or DATA]
+    #[arg(long, value_name = "NAME")]
+    data_column: Option<String>,
     /// Prior range of flux density [default: 10uJy:200uJy]
     #[arg(long, value_name = "LOW:HIGH")]
     flux: Option<Range<Flux>>,
@@ -162,6 +165,7 @@ impl Flags {
     fn apply(self, config: &mut Config) {
         set(&mut config.fov, self.fov);
         set(&mut config.field, self.field.map(Some));
+        set(&mut config.data_column, self.data_column.map(Some));
         set(&mut config.prior.flux, self.flux);
         set(&mut config.snr_cut, self.snr_cut);
         set(&mut config.flux_cut, self.flux_cut.map(Some));

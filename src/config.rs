@@ -50,6 +50,9 @@ pub struct Config {
     pub fov: Angle,
     /// Name or number (from 0) of the field, where the file holds several.
     pub field: Option<String>,
+    /// Column of visibilities of a Measurement Set; none = `CORRECTED_DATA` where it is filled,
+    /// `DATA` otherwise.
+    pub data_column: Option<String>,
     /// Lowest matched-filter signal-to-noise ratio of a source.
     pub snr_cut: f64,
     /// Lowest flux density of a source, instead of the signal-to-noise cut.
@@ -89,6 +92,7 @@ impl Default for Config {
         Self {
             fov: Angle(crate::units::DEG),
             field: None,
+            data_column: None,
             snr_cut: 6.0,
             flux_cut: None,
             merge_radius: None,

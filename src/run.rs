@@ -4,7 +4,7 @@ mod outcome;
 
 use std::path::{Path, PathBuf};
 
-use vis2cat_formats::{ReadError, WriteError};
+use vis2cat_formats::{ReadError, ReadOptions, WriteError};
 
 use crate::catalogue::CataloguePaths;
 use crate::config::{Config, ConfigError, SamplerKind, Tiling};
@@ -133,6 +133,9 @@ fn open(
 ) -> Result<Dataset, DatasetError> {
     let prior = config.prior.source_prior();
     let options = OpenOptions {
+        read: ReadOptions {
+            data_column: config.data_column.clone(),
+        },
         field: config.field.clone(),
         noise: config.noise,
         memory_bytes: config.memory.0,
@@ -205,16 +208,35 @@ fn most_evaluations(config: &Config, settings: SamplerSettings) -> Option<u64> {
     (!is_only_search).then_some(MAX_EVAL_PER_LIVE_POINT * settings.n_live as u64)
 }
 
-/// BLAKE3 of the input's bytes.
+/// BLAKE3 of the input's bytes; of a directory, of its files with their names.
 fn digest(input: &Path) -> Result<String, ReadError> {
-    let io = |source| ReadError::Io {
+    let mut hasher = blake3::Hasher::new();
+    add_to_digest(input, &mut hasher).map_err(|source| ReadError::Io {
         path: PathBuf::from(input),
         source,
-    };
-    let mut hasher = blake3::Hasher::new();
-    let file = std::fs::File::open(input).map_err(io)?;
-    hasher.update_reader(file).map_err(io)?;
+    })?;
     Ok(hasher.finalize().to_hex().to_string())
+}
+
+fn add_to_digest(path: &Path, hasher: &mut blake3::Hasher) -> std::io::Result<()> {
+    if !path.is_dir() {
+        hasher.update_reader(std::fs::File::open(path)?)?;
+        return Ok(());
+    }
+    let entries = std::fs::read_dir(path)?;
+    let mut paths = entries
+        .map(|entry| entry.map(|entry| entry.path()))
+        .collect::<std::io::Result<Vec<_>>>()?;
+    paths.sort();
+    for path in paths {
+        let name = path.file_name().unwrap_or_default();
+        // Casacore's locks are written by whoever reads.
+        if name != "table.lock" {
+            hasher.update(name.as_encoded_bytes());
+            add_to_digest(&path, hasher)?;
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

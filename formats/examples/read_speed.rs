@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .ok_or("usage: read_speed FILE [ROWS_A_CHUNK]")?,
     );
     let max_row = arguments.get(1).map_or(Ok(4096), |rows| rows.parse())?;
-    let bytes = std::fs::metadata(path)?.len();
+    let bytes = bytes_of(path)?;
     let mut best_s = f64::INFINITY;
     let mut n_row = 0;
     let mut weight_sum = 0.0;
@@ -46,6 +46,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     });
     println!("{line}");
     Ok(())
+}
+
+/// Bytes of a file, or of all files of a directory.
+fn bytes_of(path: &Path) -> std::io::Result<u64> {
+    if !path.is_dir() {
+        return Ok(std::fs::metadata(path)?.len());
+    }
+    std::fs::read_dir(path)?
+        .map(|entry| bytes_of(&entry?.path()))
+        .sum()
 }
 
 /// Linux keeps the peak resident set in kB.

@@ -6,9 +6,7 @@
 use std::error::Error;
 use std::path::Path;
 
-use vis2cat_formats::{
-    MsWriter, Observation, UvfitsWriter, Uvh5Writer, VisChunk, VisWriter, WriteError, open,
-};
+use vis2cat_formats::{VisChunk, create, open};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let paths: Vec<String> = std::env::args().skip(1).collect();
@@ -16,19 +14,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("usage: rewrite_vis IN OUT".into());
     };
     let mut reader = open(Path::new(from))?;
-    let mut writer = writer(Path::new(to), reader.observation())?;
+    let mut writer = create(Path::new(to), reader.observation(), true)?;
     let mut chunk = VisChunk::new(1000);
     while reader.read_chunk(&mut chunk)? > 0 {
         writer.write_chunk(&chunk)?;
     }
     writer.finish()?;
     Ok(())
-}
-
-fn writer(path: &Path, observation: &Observation) -> Result<Box<dyn VisWriter>, WriteError> {
-    Ok(match path.extension().and_then(|e| e.to_str()) {
-        Some("uvh5") => Box::new(Uvh5Writer::create(path, observation, true)?),
-        Some("ms") => Box::new(MsWriter::create(path, observation, true)?),
-        _ => Box::new(UvfitsWriter::create(path, observation, true)?),
-    })
 }

@@ -11,7 +11,7 @@
 //! | Measurement Set 2 (casacore tables; feature `ms`) | [`MsReader`] | [`MsWriter`] | a directory with `table.dat` |
 //! | UVFITS in a table (AIPS `FITAB`) | no: an error names it | no | `NAXIS1 = 777777701` |
 //!
-//! [`open`] goes by what stands in a file, never by its name. [`stokes_i`] makes total intensity of
+//! [`open`] goes by what stands in a file, never by its name; [`create`] goes by the extension. [`stokes_i`] makes total intensity of
 //! whatever correlations there are, with the weights that belong to it.
 //!
 //! # The phase convention
@@ -34,6 +34,7 @@
 #[cfg(feature = "ms")]
 mod casa;
 mod chunk;
+mod create;
 mod date;
 mod direction;
 mod error;
@@ -53,6 +54,7 @@ mod uvfits;
 mod uvh5;
 
 pub use chunk::VisChunk;
+pub use create::create;
 pub use error::{ReadError, WriteError};
 #[cfg(feature = "ms")]
 pub use ms::{MsReader, MsWriter};

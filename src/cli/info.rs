@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
+use vis2cat_formats::ReadOptions;
 
 use super::{CommonArgs, progress::Bar, say};
 use crate::dataset::Overview;
@@ -15,9 +16,12 @@ use crate::units::DEG;
 /// Flags of `vis2cat info`.
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// Visibility file
+    /// Visibility file or Measurement Set
     #[arg(value_name = "FILE")]
     file: PathBuf,
+    /// Column of visibilities of a Measurement Set [default: CORRECTED_DATA where filled, or DATA]
+    #[arg(long, value_name = "NAME")]
+    data_column: Option<String>,
     /// As JSON
     #[arg(long)]
     json: bool,
@@ -40,7 +44,10 @@ pub(crate) fn execute(args: &InfoArgs) -> Result<(), RunError> {
     let mut bar = Bar::new(args.quiet);
     bar.stage("reading", 0);
     let mut n_row_known = 0;
-    let overview = Overview::read(&args.file, &mut |done, n_row| {
+    let options = ReadOptions {
+        data_column: args.data_column.clone(),
+    };
+    let overview = Overview::read(&args.file, &options, &mut |done, n_row| {
         if n_row_known != n_row {
             n_row_known = n_row;
             bar.stage("reading", n_row);
@@ -114,6 +121,10 @@ fn text(report: &Report) -> String {
         .map(|c| format!("{c:?}").to_uppercase())
         .collect();
     line("correlations", corrs.join(" "));
+    if let Some(ms) = &observation.ms {
+        let (data, weights) = (&ms.data_column, &ms.weight_column);
+        line("columns", format!("{data}, weights of {weights}"));
+    }
     line("longest", format!("{:.1} m", overview.max_baseline_m));
     let percent = 100.0 * overview.n_flagged as f64 / overview.n_value.max(1) as f64;
     line(

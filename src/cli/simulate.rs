@@ -7,7 +7,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use vis2cat_formats::fits::refuse_existing;
-use vis2cat_formats::{Corr, UvfitsWriter, VisWriter};
+use vis2cat_formats::{Corr, create};
 
 use super::{CommonArgs, progress::Bar, say};
 use crate::catalogue::{CatalogueSource, read_sources, write_truth};
@@ -33,7 +33,7 @@ Nothing is smeared within a sample or a channel, and there is no primary beam.";
 #[command(after_help = EXAMPLES)]
 #[command(group(ArgGroup::new("sky").required(true).args(["sources", "catalogue"])))]
 pub(crate) struct SimulateArgs {
-    /// UVFITS file to write
+    /// File to write: a Measurement Set if it ends in .ms, UVH5 if in .uvh5, UVFITS otherwise
     #[arg(value_name = "OUT.uvfits")]
     output: PathBuf,
     /// Built-in array (meerkat, ska1-mid, vla-a, ...) or a CSV file with name,x_m,y_m,z_m
@@ -189,10 +189,10 @@ pub(crate) fn execute(args: &SimulateArgs) -> Result<(), RunError> {
         refuse_existing(path, args.common.overwrite)?;
     }
     let observation = crate::simulate::observation(&config)?;
-    let mut writer = UvfitsWriter::create(&args.output, &observation, args.common.overwrite)?;
+    let mut writer = create(&args.output, &observation, args.common.overwrite)?;
     let mut bar = Bar::new(args.common.quiet);
     bar.stage("simulating", observation.n_row);
-    let summary = simulate(&config, &sources, &mut writer, &mut |done, _| {
+    let summary = simulate(&config, &sources, writer.as_mut(), &mut |done, _| {
         bar.advance(done, 0);
     })?;
     bar.finish();
@@ -200,7 +200,7 @@ pub(crate) fn execute(args: &SimulateArgs) -> Result<(), RunError> {
         let truth = truth(args.centre(), &sources, &summary.snr_s);
         write_truth(path, args.common.overwrite, Some(args.freq.0), &truth)?;
     }
-    Box::new(writer).finish()?;
+    writer.finish()?;
     if !args.common.quiet {
         say(&describe(args, &summary, sources.len()));
     }

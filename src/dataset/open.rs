@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use vis2cat_formats::{Observation, stokes_i};
+use vis2cat_formats::{Observation, ReadOptions, stokes_i};
 
 use super::ingest::{FieldChoice, Ingest, Sample, Tally, WeightRule};
 use super::noise::NoiseTally;
@@ -17,6 +17,8 @@ use crate::rime::shape::Profile;
 /// What to take from a file, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OpenOptions {
+    /// What to read of a file that holds more than one thing.
+    pub read: ReadOptions,
     /// Name or number of the field; none = the only one.
     pub field: Option<String>,
     /// Where the noise level comes from.
@@ -45,7 +47,7 @@ impl Dataset {
             path: path.into(),
             what,
         };
-        let reader = vis2cat_formats::open(path)?;
+        let reader = vis2cat_formats::open_with(path, &options.read)?;
         let observation = reader.observation().clone();
         let rule = stokes_i(&observation.corrs).map_err(|e| unusable(e.to_string()))?;
         let field = choose_field(&observation, options.field.as_deref()).map_err(unusable)?;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use serde::Serialize;
-use vis2cat_formats::{Observation, VisChunk, stokes_i};
+use vis2cat_formats::{Observation, ReadOptions, VisChunk, stokes_i};
 
 use super::DatasetError;
 use super::ingest::{FieldChoice, Ingest, Sample, Tally, WeightRule};
@@ -47,8 +47,12 @@ impl Overview {
     ///
     /// # Errors
     /// The file cannot be read.
-    pub fn read(path: &Path, progress: &mut dyn FnMut(u64, u64)) -> Result<Self, DatasetError> {
-        let mut reader = vis2cat_formats::open(path)?;
+    pub fn read(
+        path: &Path,
+        options: &ReadOptions,
+        progress: &mut dyn FnMut(u64, u64),
+    ) -> Result<Self, DatasetError> {
+        let mut reader = vis2cat_formats::open_with(path, options)?;
         let n_row = reader.observation().n_row;
         let mut counts = Counts::default();
         let observation;

@@ -15,7 +15,7 @@ use vis2cat::rime::shape::Profile;
 use vis2cat::sampler::{MultiNest, MultiNestConfig, Sampler, SamplerError};
 use vis2cat::units::ARCSEC;
 use vis2cat_formats::fits::{Table, read_table};
-use vis2cat_formats::{UvfitsWriter, VisChunk, VisWriter};
+use vis2cat_formats::{ReadOptions, UvfitsWriter, VisChunk, VisWriter};
 
 use crate::support::{in_repository, search, searched, simulate, vis2cat_ok};
 
@@ -391,6 +391,7 @@ fn copy_with_weights_of_one(from: &Path, to: &Path) {
 
 fn open(path: &Path, memory_bytes: f64) -> Dataset {
     let options = OpenOptions {
+        read: ReadOptions::default(),
         field: None,
         noise: NoiseSource::Auto,
         memory_bytes,

@@ -278,7 +278,7 @@ fn the_sizes_of_chunks_make_no_difference() {
     assert!(whole_files.keys().eq(files.keys()));
     for (name, bytes) in whole_files {
         // casacore leaves gaps in these, and what is in them to chance.
-        let is_left_to_chance = name.ends_with(".f0i");
+        let is_left_to_chance = name.contains(".f0i");
         assert!(is_left_to_chance || files[&name] == bytes, "{name}");
     }
     assert_eq!(read(&whole, 3).unwrap(), read(&pieces, 1000).unwrap());

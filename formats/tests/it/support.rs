@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use num_complex::Complex;
 use vis2cat_formats::{
-    Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, MsWriter, Observation, ReadError,
-    TimeScale, UvfitsWriter, Uvh5Writer, VisChunk, VisReader, VisWriter, open,
+    Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, Observation, ReadError, TimeScale,
+    VisChunk, VisReader, VisWriter, create, open,
 };
 
 /// The repository's `fixtures/NAME`.
@@ -210,11 +210,7 @@ pub(crate) fn chunk(shape: &Shape) -> VisChunk {
 
 /// A writer of the format that the path's extension names.
 pub(crate) fn writer(path: &Path, observation: &Observation) -> Box<dyn VisWriter> {
-    match path.extension().unwrap().to_str().unwrap() {
-        "uvh5" => Box::new(Uvh5Writer::create(path, observation, false).unwrap()),
-        "ms" => Box::new(MsWriter::create(path, observation, false).unwrap()),
-        _ => Box::new(UvfitsWriter::create(path, observation, false).unwrap()),
-    }
+    create(path, observation, false).unwrap()
 }
 
 /// Writes one chunk.
