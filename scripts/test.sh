@@ -18,11 +18,11 @@ oracles() {
     need_commands fitsverify:fitsverify stilts:stilts python3:python3 || return 1
     python3 -c 'import ensurepip' 2>/dev/null || install_packages python3-venv || return 1
     venv=$PWD/target/oracles
-    if ! "$venv/bin/python" -c 'import pyuvdata, astropy' 2>/dev/null; then
+    if ! "$venv/bin/python" -c 'import pyuvdata, astropy, casacore' 2>/dev/null; then
         mkdir -p target
         python3 -m venv --clear "$venv" &&
             "$venv/bin/python" -m pip install -q --disable-pip-version-check \
-                pyuvdata==3.2.8 astropy==8.0.2 numpy==2.3.5 ||
+                pyuvdata==3.2.8 astropy==8.0.2 numpy==2.3.5 python-casacore==3.8.1 ||
             return 1
     fi
 }

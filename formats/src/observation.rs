@@ -39,6 +39,17 @@ pub struct Observation {
     pub ms: Option<MsNotes>,
 }
 
+impl Observation {
+    /// The array's own position, or the mean of its antennas' where these are all there is [m].
+    pub(crate) fn array_or_mean_m(&self) -> [f64; 3] {
+        if self.array_position_m != [0.0; 3] {
+            return self.array_position_m;
+        }
+        let n_antenna = self.antennas.len() as f64;
+        [0, 1, 2].map(|d| self.antennas.iter().map(|a| a.itrf_m[d]).sum::<f64>() / n_antenna)
+    }
+}
+
 /// Which columns of a Measurement Set were read.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct MsNotes {

@@ -43,7 +43,11 @@ fn pyuvdata_reads_what_we_read_in_our_simulated_files() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    check_with("scripts/check_uvfits.py", &simulated(folder.path()));
+    check_with(
+        "pyuvdata",
+        "scripts/check_uvfits.py",
+        &simulated(folder.path()),
+    );
 }
 
 /// The same for UVH5, of simulated files and of what pyuvdata wrote: see `scripts/check_uvh5.py`.
@@ -54,12 +58,24 @@ fn pyuvdata_reads_what_we_read_and_write_as_uvh5() {
     let entries = std::fs::read_dir(in_repository("fixtures/good")).unwrap();
     let fixtures = entries.map(|entry| entry.unwrap().path());
     files.extend(fixtures.filter(|path| path.extension().is_some_and(|e| e == "uvh5")));
-    check_with("scripts/check_uvh5.py", &files);
+    check_with("pyuvdata", "scripts/check_uvh5.py", &files);
 }
 
-/// Runs a script that needs pyuvdata and the examples of the formats.
-fn check_with(script: &str, files: &[PathBuf]) {
-    let Some(python) = python_with("pyuvdata") else {
+/// The same for Measurement Sets, which pyuvdata reads over python-casacore: see
+/// `scripts/check_ms.py`.
+#[test]
+fn pyuvdata_reads_what_we_read_and_write_as_measurement_sets() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut files = simulated(folder.path());
+    // pyuvdata writes no Stokes I.
+    files.retain(|path| !path.ends_with("stokes_i.uvfits"));
+    files.push(in_repository("fixtures/good/uvh5_gzip.uvh5"));
+    check_with("casacore", "scripts/check_ms.py", &files);
+}
+
+/// Runs a script that needs pyuvdata, or what comes with it, and the examples of the formats.
+fn check_with(module: &str, script: &str, files: &[PathBuf]) {
+    let Some(python) = python_with(module) else {
         return;
     };
     let build = Path::new(env!("CARGO_BIN_EXE_vis2cat")).parent().unwrap();

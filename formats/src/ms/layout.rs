@@ -23,6 +23,8 @@ pub(super) struct Layout {
     pub(super) frame: &'static str,
     /// Names of antennas, none of them empty.
     pub(super) antenna_names: Vec<String>,
+    /// Geocentric position of the array, or the mean of its antennas' where that is all there is [m].
+    pub(super) array_m: [f64; 3],
 }
 
 impl Layout {
@@ -43,6 +45,7 @@ impl Layout {
             corr_order: corr_order(&observation.corrs),
             frame: frame(observation)?,
             antenna_names: antenna_names(observation),
+            array_m: observation.array_or_mean_m(),
         })
     }
 

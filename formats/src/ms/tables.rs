@@ -273,19 +273,16 @@ impl Parts<'_> {
             text("TELESCOPE_NAME"),
             LOCATION.measure("position", "ITRF"),
         ];
-        // pyuvdata's column, which says nothing of antennas whose positions are absolute.
-        let position_m = self.observation.array_position_m;
-        let n_column = columns.len() - usize::from(position_m == [0.0; 3]);
-        let mut table = self.create("OBSERVATION", &columns[..n_column], 1)?;
+        let mut table = self.create("OBSERVATION", &columns, 1)?;
         table.put_vectors("TIME_RANGE", 0, self.span_s.to_vec(), 2)?;
         table.put("LOG", 0, &vec![String::new()])?;
         table.put("SCHEDULE", 0, &vec![String::new()])?;
         table.put("OBSERVER", 0, &self.observation.observer)?;
         table.put("RELEASE_DATE", 0, &self.span_s[1])?;
         table.put("TELESCOPE_NAME", 0, &self.observation.telescope)?;
-        if n_column == columns.len() {
-            table.put_vectors("TELESCOPE_LOCATION", 0, position_m.to_vec(), 3)?;
-        }
+        // pyuvdata's column: without it, it asks the network where the telescope is.
+        let location_m = self.layout.array_m.to_vec();
+        table.put_vectors("TELESCOPE_LOCATION", 0, location_m, 3)?;
         Ok(table)
     }
 

@@ -54,7 +54,7 @@ impl Layout {
             );
         }
         let (chunk_rows, chunk_chans) = chunk(n_chan, observation.corrs.len());
-        let geodetic = geodetic(array_m(observation));
+        let geodetic = geodetic(observation.array_or_mean_m());
         Ok(Self {
             chunk_rows,
             chunk_chans,
@@ -74,17 +74,6 @@ fn chunk(n_chan: usize, n_corr: usize) -> (usize, usize) {
         return (1, (CHUNK_BYTES / chan_bytes).clamp(1, n_chan));
     }
     (rows.min(MAX_CHUNK_ROWS), n_chan)
-}
-
-/// The array's own position, or the mean of its antennas' where these are all there is.
-fn array_m(observation: &Observation) -> [f64; 3] {
-    if observation.array_position_m != [0.0; 3] {
-        return observation.array_position_m;
-    }
-    let antennas = &observation.antennas;
-    let mean_m =
-        |d: usize| antennas.iter().map(|a| a.itrf_m[d]).sum::<f64>() / antennas.len() as f64;
-    [0, 1, 2].map(mean_m)
 }
 
 /// The observation's own numbers unless two antennas share one; 0, 1, 2 ... then.

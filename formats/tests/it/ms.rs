@@ -113,6 +113,7 @@ fn what_we_write_we_read() {
         wanted.instrument.clear();
         wanted.earth = found.earth;
         wanted.ms.clone_from(&found.ms);
+        wanted.array_position_m = found.array_position_m;
         for (row, antenna) in wanted.antennas.iter_mut().enumerate() {
             antenna.number = row as u32;
         }
