@@ -10,7 +10,8 @@
 //! # Limits
 //! A cell is looked at (type, shape) before anything of its size is allocated, but table.dat and the
 //! storage managers' own headers are parsed by casacore, which trusts them: a table made for it can
-//! crash us.
+//! crash us. So can a disk that fills up while a table is written: casacore throws where it closes,
+//! which ends the process. Nothing has its final name then; the hidden directory is left.
 //!
 //! # Source
 //! van Diepen, "Casacore Table Data System" (casacore note 255); casacore's manual of the module
