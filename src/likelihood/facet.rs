@@ -69,10 +69,9 @@ impl Facet {
     ///
     /// # Precision
     /// Against the exact engine over the whole prior, beside sources of SNR 140 inside and outside,
-    /// on SKA1-MID: X within 2e-4 sqrt(Y) at the phase centre; 0.5 degrees from it, where w moves
-    /// (u, v) by more than a first order holds, within 2e-3 sqrt(Y), 6e-3 for the longest disks;
-    /// Y within 2e-6. So ln L is within 1e-4 SNR²/2 + 0.01 except for faint models of long disks,
-    /// far out, beside a bright source: 4 times that at worst.
+    /// on SKA1-MID: ln L is within 1e-4 SNR²/2 + 0.01 everywhere. At the phase centre a twentieth of
+    /// that is reached; at the corner of a field of a degree, where the second order of what w does
+    /// to (u, v) is left out, all of it by faint models of the longest disks, a fifth by the others.
     ///
     /// # Not valid when
     /// The source lies outside of the region, or its major axis is longer than the plan's: then the

@@ -57,8 +57,8 @@ pub(super) fn packs(plan: &FacetPlan, grid: &HalfPlane, times_w: &HalfPlane) -> 
 /// What the facets have in common at `level`; `weights` is the grid of weights.
 pub(super) fn common(plan: &FacetPlan, level: usize, weights: &HalfPlane) -> Vec<Common> {
     let no_data = HalfPlane {
-        n: weights.n,
         cells: vec![num_complex::Complex::default(); weights.cells.len()],
+        ..*weights
     };
     let (cell, half) = (plan.cell(level), plan.columns() as f64 / 2.0);
     let windows = |row: usize, col: usize| {
