@@ -202,8 +202,9 @@ fn finish_weights(plan: &FacetPlan, grid: Option<&Grid>) -> FacetWeights {
     let levels = grid.map_or_else(Vec::new, |grid| {
         pyramid(plan, grid, Mirror::Even)
             .iter()
+            .zip(&pyramid(plan, grid, Mirror::Odd))
             .enumerate()
-            .map(|(level, weights)| cells::common(plan, level, weights))
+            .map(|(level, (weights, times_w))| cells::common(plan, level, weights, times_w))
             .collect()
     });
     FacetWeights { levels }

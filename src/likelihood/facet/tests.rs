@@ -153,9 +153,8 @@ fn log_l_agrees_with_the_exact_engine_all_over_the_prior() {
     let needs = needs(20.0, reach(&blocks), Profile::Exponential);
     let plan = Arc::new(FacetPlan::new(needs).unwrap());
     let facets = build(&plan, &centres, &blocks);
-    // At the corner the second order of what w does to (u, v) is left out, which a model of SNR 8 on a
-    // source of SNR 140 feels.
-    for (facet, [faint, bright]) in facets.iter().zip([[0.1, 0.02], [1.0, 0.3]]) {
+    // At the corner w changes the shapes of the sources, in Y to first order.
+    for (facet, [faint, bright]) in facets.iter().zip([[0.1, 0.02], [0.2, 0.3]]) {
         for (scale_arcsec, e_max) in [([0.1, 1.0], 0.804), ([1.0, 2.0], 0.6), ([1.0, 10.0], 0.804)]
         {
             let sources = sources(&facet.region(), 100, scale_arcsec, e_max);
@@ -249,9 +248,11 @@ fn a_map_holds_the_sums_of_a_round_source_at_every_position() {
                     e: Ellipticity::default(),
                 };
                 let xy = facet.xy_batch(&[source])[0];
+                // The map has the shape that the middle of the facet sees.
                 let off = (f64::from(map.x[i]) - xy.x).abs() / xy.y.sqrt();
-                assert!(off < 1e-4, "{profile:?} {isa:?} {i}: {off}");
-                assert!((map.y / xy.y - 1.0).abs() < 1e-6);
+                assert!(off < 1e-3, "{profile:?} {isa:?} {i}: {off}");
+                let off = (map.y / xy.y - 1.0).abs();
+                assert!(off < 1e-3, "{profile:?} {isa:?} {i}: {off}");
             }
         }
     }

@@ -112,18 +112,15 @@ fn cosine(phase: __m256i) -> __m256 {
 #[inline]
 #[target_feature(enable = "avx2,fma")]
 fn radius(offset: __m256, pack: &Pack, half: usize, term: &SourceTerm) -> __m256 {
-    let (p, r, s) = (
-        _mm256_set1_ps(term.p),
-        _mm256_set1_ps(term.r),
-        _mm256_set1_ps(term.s),
+    let ([p, r, t], [s, z]) = (
+        term.along.map(|x| _mm256_set1_ps(x)),
+        term.across.map(|x| _mm256_set1_ps(x)),
     );
-    let k = _mm256_mul_ps(p, load(&pack.u_single, half));
-    let k = _mm256_fmadd_ps(r, load(&pack.v_single, half), k);
-    _mm256_fmadd_ps(
-        k,
-        k,
-        _mm256_fmadd_ps(s, load(&pack.v_squared, half), offset),
-    )
+    let (v, w) = (load(&pack.v_single, half), load(&pack.w_single, half));
+    let along = _mm256_mul_ps(p, load(&pack.u_single, half));
+    let along = _mm256_fmadd_ps(t, w, _mm256_fmadd_ps(r, v, along));
+    let across = _mm256_fmadd_ps(z, w, _mm256_mul_ps(s, v));
+    _mm256_fmadd_ps(along, along, _mm256_fmadd_ps(across, across, offset))
 }
 
 /// (1 + Q)^(-3/2) = t^(-3/2). From an estimate g of 1/sqrt(t), good to 3.7e-4, and
