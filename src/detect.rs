@@ -10,6 +10,7 @@
 
 mod accept;
 mod certify;
+mod density;
 mod explore;
 mod mean_shift;
 mod mode;
@@ -21,6 +22,7 @@ mod screen;
 mod tiles;
 
 pub use accept::Cuts;
+pub use density::p_source;
 pub use explore::{SamplerFactory, SamplerSettings};
 pub use mode::{Mode, ModeSample, Status};
 pub use pipeline::{Detected, Detection, Screening, Settings, detect};

@@ -83,16 +83,6 @@ impl Flags {
     }
 }
 
-/// Posterior probability of a source against none, where the local log evidence is `log_z` and
-/// `n_expected` sources are expected in the field, at least one.
-///
-/// # Source
-/// Hobson & McLachlan 2003, equation 24; Carvalho et al. 2009.
-pub fn p_source(log_z: f64, n_expected: usize) -> f64 {
-    let log_odds = log_z + (n_expected.max(1) as f64).ln();
-    1.0 / (1.0 + (-log_odds).exp())
-}
-
 /// One source of `CATALOGUE`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SourceRow {
@@ -112,7 +102,7 @@ pub struct SourceRow {
     pub snr_peak: f64,
     /// Local log evidence against no source, and its error.
     pub log_z: Estimate,
-    /// Probability that this is a source; NaN if not calibrated.
+    /// Probability that this is a source.
     pub p_source: f64,
     /// Largest difference of ln L, exact minus fast engine; NaN if there was no exact pass.
     pub max_dlog_l: f64,
@@ -145,6 +135,8 @@ pub struct ModeRow {
     pub snr_peak: f64,
     /// As in [`SourceRow`].
     pub log_z: Estimate,
+    /// As in [`SourceRow`]; NaN where the evidence is out of date or another mode has it.
+    pub p_source: f64,
     /// Number of samples.
     pub n_samples: i64,
     /// Effective number of samples.

@@ -15,6 +15,7 @@ use crate::coords::Lm;
 use crate::likelihood::VisBlock;
 use crate::likelihood::facet::{Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetWeights, Reach};
 use crate::prior::{Region, SourcePrior};
+use crate::rime::Source;
 use crate::rime::shape::Ellipticity;
 
 /// Spacing of positions in widths of the beam: what a source keeps at the nearest, 0.32 beams away
@@ -222,20 +223,26 @@ impl Dataset {
     /// What all but 1% of the sources of `prior` show under the best of `templates`.
     fn least_seen(&self, prior: &SourcePrior, templates: &[Binned], reach: f64) -> f64 {
         let (uv_profile, profile) = (&self.uv_profile, self.profile);
-        let seen = |i: usize| {
-            // An even set of points, by the golden ratio in four dimensions (Roberts 2018).
-            let u = [0.856_674_9, 0.733_891_9, 0.628_706_7, 0.538_597_2];
-            let [flux, scale, e1, e2] = u.map(|step| (0.5 + step * i as f64).fract());
-            let flux_jy = prior.flux.from_unit(flux);
-            let scale_rad = prior.scale.from_unit(scale, flux_jy);
-            let e = prior.ellipticity.from_unit(e1, e2);
-            let source = uv_profile.binned(profile, scale_rad, e);
+        let seen = |source: Source| {
+            let source = uv_profile.binned(profile, source.scale_rad, source.e);
             let seen = templates.iter().map(|t| uv_profile.seen(&source, t, reach));
             seen.fold(0.0, f64::max)
         };
-        let mut seen: Vec<f64> = (0..N_DRAW).into_par_iter().map(seen).collect();
+        let sources: Vec<Source> = prior.evenly(N_DRAW).collect();
+        let mut seen: Vec<f64> = sources.into_par_iter().map(seen).collect();
         seen.sort_by(f64::total_cmp);
         seen[(LEAST_SEEN * N_DRAW as f64) as usize]
+    }
+
+    /// Part of `prior` with a signal-to-noise ratio S sqrt(Y) below `snr`.
+    pub fn part_below(&self, snr: f64, prior: &SourcePrior) -> f64 {
+        let is_below = |source: &Source| {
+            let shape = self
+                .uv_profile
+                .binned(self.profile, source.scale_rad, source.e);
+            source.flux_jy * self.uv_profile.y(&shape).sqrt() < snr
+        };
+        prior.evenly(N_DRAW).filter(is_below).count() as f64 / N_DRAW as f64
     }
 
     /// Looks at the facets number `which` of `survey`, less the removed sources, and hands each map

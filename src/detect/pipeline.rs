@@ -2,6 +2,7 @@
 
 use super::accept::{Cuts, accept};
 use super::certify::{Certificate, certify};
+use super::density::expected_sources;
 use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore};
 use super::queue::{Queue, Search};
 use super::refine::{Found, Refinement};
@@ -56,6 +57,8 @@ pub struct Detection {
     pub n_tile_searched: usize,
     /// What was left out, if tiles were screened.
     pub screening: Option<Screening>,
+    /// Sources to be expected in the field, detectable or not.
+    pub n_expected: f64,
     /// Searches that were stopped before they had the whole evidence of their tile.
     pub n_tile_unfinished: usize,
 }
@@ -154,6 +157,7 @@ pub fn detect(
         refinement.finish_exactly(dataset, &mut sources, &failed, observer)?;
         certificates = certify(dataset, &mut sources)?;
     }
+    detection.n_expected = n_expected(dataset, settings, &detection.modes, &sources);
     detection.sources = detected(sources, &certificates);
     detection.n_eval = dataset.n_eval();
     detection.screening = queue.screening();
@@ -174,6 +178,7 @@ fn search(
     let removed: Vec<_> = sources.iter().map(|found| found.mode.mean).collect();
     accept(dataset, &removed, &mut modes, &settings.cuts)?;
     let first = detection.modes.len();
+    drop_repeats(&mut detection.modes, &mut modes, settings.beam_rad);
     for explained_by in modes
         .iter_mut()
         .filter_map(|mode| mode.explained_by.as_mut())
@@ -189,6 +194,45 @@ fn search(
         .modes
         .extend(modes.into_iter().map(Mode::without_samples));
     Ok(())
+}
+
+/// Modes below the cut that another search has found again, within the width of the beam, are
+/// duplicates: the `old` ones, which saw more of the brighter sources, and those of the `new` ones that
+/// are the weaker in an overlap of tiles.
+fn drop_repeats(old: &mut [Mode], new: &mut [Mode], beam_rad: f64) {
+    let first = old.len();
+    let is_open = |mode: &Mode| matches!(mode.status, Status::Kept | Status::BelowCut);
+    let is_near = |a: &Mode, b: &Mode| a.mean.lm.distance(b.mean.lm) < beam_rad;
+    for mode in old.iter_mut().filter(|m| m.status == Status::BelowCut) {
+        let again = new
+            .iter()
+            .position(|other| is_open(other) && is_near(mode, other));
+        if let Some(j) = again {
+            (mode.status, mode.explained_by) = (Status::F1Duplicate, Some(first + j));
+        }
+    }
+    for i in 0..new.len() {
+        let mode = &new[i];
+        let is_stronger = |other: &Mode| {
+            other.tile != mode.tile && (other.snr_peak(), mode.tile) > (mode.snr_peak(), other.tile)
+        };
+        let again = new
+            .iter()
+            .position(|other| is_open(other) && is_stronger(other) && is_near(mode, other));
+        if let (Status::BelowCut, Some(j)) = (mode.status, again) {
+            (new[i].status, new[i].explained_by) = (Status::F1Duplicate, Some(j));
+        }
+    }
+}
+
+/// How many sources there are to be expected, by the evidences of those found and of the modes below
+/// the cut. What is fainter than the faintest mode that is looked for cannot be seen.
+fn n_expected(dataset: &Dataset, settings: &Settings, modes: &[Mode], sources: &[Found]) -> f64 {
+    let below = modes.iter().filter(|mode| mode.status == Status::BelowCut);
+    let kept = sources.iter().map(|found| &found.mode);
+    let log_z: Vec<f64> = kept.chain(below).map(|mode| mode.log_z).collect();
+    let faint = dataset.part_below(settings.cuts.snr, &settings.prior);
+    expected_sources(&log_z, faint)
 }
 
 /// Every mode of the tiles, in order of tiles.

@@ -68,10 +68,9 @@ impl Facet {
     /// A source's sums do not depend on the others. The region's upper edges are served too.
     ///
     /// # Precision
-    /// Against the exact engine over the whole prior, beside sources of SNR 140 inside and outside,
-    /// on SKA1-MID: ln L is within 1e-4 SNR²/2 + 0.01 everywhere. At the phase centre a twentieth of
-    /// that is reached; at the corner of a field of a degree, where the second order of what w does
-    /// to (u, v) is left out, all of it by faint models of the longest disks, a fifth by the others.
+    /// Against the exact engine over the whole prior of the paper, to 0.7 degrees from the phase centre,
+    /// beside sources of SNR 140 inside and outside, on SKA1-MID: ln L is within a quarter of
+    /// 1e-4 SNR²/2 + 0.01.
     ///
     /// # Not valid when
     /// The source lies outside of the region, or its major axis is longer than the plan's: then the

@@ -9,7 +9,7 @@ use crate::catalogue::{
 use crate::config::Config;
 use crate::coords::{IcrsCentre, RaDec};
 use crate::dataset::Dataset;
-use crate::detect::{Detected, Detection, Mode, Settings};
+use crate::detect::{Detected, Detection, Mode, Settings, Status, p_source};
 use crate::simulate::format_utc;
 use crate::units::{ARCSEC, MICROJY};
 
@@ -53,7 +53,7 @@ impl Outcome {
             summary: String::new(),
         };
         for detected in &detection.sources {
-            outcome.push(config, settings, frame, detected, detection.sources.len());
+            outcome.push(config, settings, frame, detected, detection.n_expected);
         }
         outcome.modes = modes(&outcome.sources, detection, frame);
         outcome.summary = outcome.summarise(dataset, detection);
@@ -79,7 +79,7 @@ impl Outcome {
         settings: &Settings,
         frame: IcrsCentre,
         detected: &Detected,
-        n_source: usize,
+        n_expected: f64,
     ) {
         let mode = &detected.posterior;
         let samples: Vec<WeightedSample> = mode
@@ -111,7 +111,7 @@ impl Outcome {
                 mean: mode.log_z,
                 err: mode.log_z_err,
             },
-            p_source: catalogue::p_source(mode.log_z, n_source),
+            p_source: p_source(mode.log_z, n_expected),
             max_dlog_l: detected.max_dlog_l,
             post_row: self.posterior.len() as i64,
             post_n: rows.len() as i64,
@@ -168,6 +168,15 @@ fn modes(sources: &[SourceRow], detection: &Detection, frame: IcrsCentre) -> Vec
     let row = |(i, mode): (usize, &Mode)| {
         let mean = frame.turn(&mode.mean);
         let mode_id = i as i64;
+        let source_id = source_of(i, sources, detection);
+        let p_source = match mode.status {
+            Status::Kept => sources
+                .iter()
+                .find(|s| s.mode_id == mode_id)
+                .map(|s| s.p_source),
+            Status::BelowCut => Some(p_source(mode.log_z, detection.n_expected)),
+            _ => None,
+        };
         ModeRow {
             mode_id,
             tile_id: mode.tile as i64,
@@ -184,10 +193,11 @@ fn modes(sources: &[SourceRow], detection: &Detection, frame: IcrsCentre) -> Vec
                 mean: mode.log_z,
                 err: mode.log_z_err,
             },
+            p_source: p_source.unwrap_or(f64::NAN),
             n_samples: mode.n_sample as i64,
             n_eff: mode.n_eff,
             status: mode.status,
-            source_id: source_of(i, sources, detection),
+            source_id,
         }
     };
     detection.modes.iter().enumerate().map(row).collect()
@@ -302,6 +312,11 @@ fn run_entries(
             "over all rounds",
         ),
         RunEntry::new("search.n_source", detection.sources.len(), "sources"),
+        RunEntry::new(
+            "search.n_expected",
+            detection.n_expected,
+            "sources in the field by the evidences of all modes, detectable or not",
+        ),
     ];
     entries.extend(detection.log_z.iter().enumerate().map(|(round, log_z)| {
         let key = format!("search.log_z.{}", round + 1);
