@@ -268,6 +268,34 @@ fn without_screening_the_same_is_found_and_every_other_mode_has_a_reason() {
     assert_eq!(status.iter().filter(|s| *s == "kept").count(), 1);
 }
 
+/// Sixteen tiles of 15 arcsec; each galaxy stands where two or four of them meet.
+#[test]
+fn sources_on_borders_and_corners_of_tiles_are_found_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let places = [(0.0, 0.0), (15.0, 7.5), (-7.5, -15.0), (-15.0, 15.0)];
+    let row = |(l_arcsec, m_arcsec): (f64, f64)| {
+        let ra_deg = 53.1 + l_arcsec / 3600.0 / 30f64.to_radians().cos();
+        format!("{ra_deg},{},300,1.5,0.1,-0.2\n", 30.0 + m_arcsec / 3600.0)
+    };
+    let rows: String = places.into_iter().map(row).collect();
+    let sky = format!("RA,DEC,Total_flux,Scale_length,E1,E2\n{rows}");
+    let (data, out) = (
+        simulate(folder.path(), &sky),
+        folder.path().join("out.fits"),
+    );
+    let truth = read_sources(&folder.path().join("truth.fits")).unwrap();
+    for more in ["", "--no-screening"] {
+        let command = format!(
+            "{} {} --fov 1arcmin --tiles 16 --n-live 60 --flux 50uJy:1mJy --overwrite {more}",
+            data.display(),
+            out.display()
+        );
+        vis2cat_ok(command.split_whitespace());
+        let pull = largest_pull(&read_table(&out, None).unwrap(), &truth);
+        assert!(pull < LARGEST_PULL, "{pull} {more}");
+    }
+}
+
 #[test]
 fn facets_find_the_same_on_any_number_of_threads() {
     let run = searched();
