@@ -109,7 +109,6 @@ pub fn detect(
                 break;
             }
             let refinement = refinement(settings, round);
-            refinement.settle(dataset, &mut sources, 0, observer)?;
             let (modes, cuts) = (&mut detection.modes, &settings.cuts);
             refinement.prune(dataset, &mut sources, modes, cuts, observer)?;
             refinement.finish(dataset, &mut sources, observer)?;
