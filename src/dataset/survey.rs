@@ -3,6 +3,7 @@
 //! The field is cut into facets much larger than those that serve a likelihood. Sources of the sizes
 //! that are looked for are seen by the shorter baselines, so the facets leave out the others.
 
+use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -234,15 +235,20 @@ impl Dataset {
         seen[(LEAST_SEEN * N_DRAW as f64) as usize]
     }
 
-    /// Part of `prior` with a signal-to-noise ratio S sqrt(Y) below `snr`.
-    pub fn part_below(&self, snr: f64, prior: &SourcePrior) -> f64 {
-        let is_below = |source: &Source| {
-            let shape = self
+    /// Part of the sources of `prior` that are expected to stay below a matched-filter signal-to-noise
+    /// ratio of `cut`.
+    ///
+    /// A source of ratio ρ shows sqrt(ρ² + 2) on average, as its position follows the noise, with a
+    /// scatter of 1.
+    pub fn part_below(&self, cut: f64, prior: &SourcePrior) -> f64 {
+        let below = |source: Source| {
+            let binned = self
                 .uv_profile
                 .binned(self.profile, source.scale_rad, source.e);
-            source.flux_jy * self.uv_profile.y(&shape).sqrt() < snr
+            let snr2 = source.flux_jy * source.flux_jy * self.uv_profile.y(&binned);
+            0.5 * puruspe::erfc(((snr2 + 2.0).sqrt() - cut) * FRAC_1_SQRT_2)
         };
-        prior.evenly(N_DRAW).filter(is_below).count() as f64 / N_DRAW as f64
+        prior.evenly(N_DRAW).map(below).sum::<f64>() / N_DRAW as f64
     }
 
     /// Looks at the facets number `which` of `survey`, less the removed sources, and hands each map

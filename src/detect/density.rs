@@ -3,13 +3,13 @@
 /// Steps of the bisection: as many as the mantissa has bits.
 const N_STEP: u32 = 60;
 
-/// Number N of sources to be expected in a field, detectable or not, from the local evidences of all
-/// modes that may be one (against no source, with the prior of the whole field) and from the part of
-/// the prior that is too faint for a mode.
+/// Number N of sources to be expected in a field, from the local evidences of all modes above the cut
+/// (against no source, with the prior of the whole field) and the part `faint` of all sources that
+/// stay below it.
 ///
 /// # Formula
-/// A field of N sources on average holds one in mode i or none, with the odds N Z_i; what is too faint
-/// to be seen is as likely with as without. So the data's likelihood is
+/// There is a source in mode i or none, with the odds N Z_i. Below the cut lies the part `faint` of the
+/// evidence of a source, on average over the noise. So the likelihood of N is
 /// ```text
 /// L(N) = exp(-N (1 - faint)) Π (1 + N Z_i)
 /// ```

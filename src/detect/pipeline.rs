@@ -156,7 +156,7 @@ pub fn detect(
         refinement.finish_exactly(dataset, &mut sources, &failed, observer)?;
         certificates = certify(dataset, &mut sources)?;
     }
-    detection.n_expected = n_expected(dataset, settings, &detection.modes, &sources);
+    detection.n_expected = n_expected(dataset, settings, &sources);
     detection.sources = detected(sources, &certificates);
     detection.n_eval = dataset.n_eval();
     detection.screening = queue.screening();
@@ -224,12 +224,10 @@ fn drop_repeats(old: &mut [Mode], new: &mut [Mode], beam_rad: f64) {
     }
 }
 
-/// How many sources there are to be expected, by the evidences of those found and of the modes below
-/// the cut. What is fainter than the faintest mode that is looked for cannot be seen.
-fn n_expected(dataset: &Dataset, settings: &Settings, modes: &[Mode], sources: &[Found]) -> f64 {
-    let below = modes.iter().filter(|mode| mode.status == Status::BelowCut);
-    let kept = sources.iter().map(|found| &found.mode);
-    let log_z: Vec<f64> = kept.chain(below).map(|mode| mode.log_z).collect();
+/// How many sources there are to be expected, by the evidences of those found: of the modes below the
+/// cut not all are known.
+fn n_expected(dataset: &Dataset, settings: &Settings, sources: &[Found]) -> f64 {
+    let log_z: Vec<f64> = sources.iter().map(|found| found.mode.log_z).collect();
     let faint = dataset.part_below(settings.cuts.snr, &settings.prior);
     expected_sources(&log_z, faint)
 }

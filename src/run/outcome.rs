@@ -315,7 +315,7 @@ fn run_entries(
         RunEntry::new(
             "search.n_expected",
             detection.n_expected,
-            "sources in the field by the evidences of all modes, detectable or not",
+            "sources in the field by the evidences of those found, detectable or not",
         ),
     ];
     entries.extend(detection.log_z.iter().enumerate().map(|(round, log_z)| {
