@@ -107,7 +107,8 @@ pub struct SourceRow {
     pub name: String,
     /// Number within this catalogue, from 1.
     pub source_id: i64,
-    /// Sources with the same number were sampled jointly.
+    /// Sources with the same number, that of the brightest, were sampled jointly: row k of each in
+    /// `POSTERIOR` is one joint draw.
     pub group_id: i64,
     /// The mode in `MODES` that this source came from.
     pub mode_id: i64,
