@@ -132,7 +132,9 @@ impl Refinement<'_> {
             .collect();
         let drawn = |i: usize| -> Vec<Source> {
             let samples = &sources[i].mode.samples;
-            let chosen = choose(samples, N_TABLE);
+            // The last one is the best, which is no draw.
+            let mut chosen = choose(samples, N_TABLE);
+            chosen.pop();
             chosen.into_iter().map(|k| samples[k].source).collect()
         };
         let tables: Vec<[Vec<Source>; 2]> = near.iter().map(|pair| pair.map(drawn)).collect();

@@ -421,7 +421,7 @@ fn growth(covariance: &DMatrix<f64>, d: usize) -> f64 {
 #[test]
 fn overlapping_galaxies_are_sampled_together() {
     let folder = tempfile::tempdir().unwrap();
-    let simulation = "--array vla-a --tint 20min --sefd 20Jy";
+    let simulation = "--array vla-a --tint 1h --sefd 30Jy";
     let search = "--fov 30arcsec --flux 5uJy:500uJy --threads 2";
     let covariance = joint_covariance(folder.path(), EQUAL, simulation, search);
     let flux = |i: usize, j: usize| covariance[(6 * i + 2, 6 * j + 2)];
@@ -450,6 +450,10 @@ fn a_faint_galaxy_beside_a_bright_one_is_sampled_with_it() {
     let flux = |i: usize, j: usize| covariance[(6 * i + 2, 6 * j + 2)];
     assert!(flux(0, 1) < 0.0, "brightest first");
     assert!(growth(&covariance, 8) > 1.05);
+    let rows = read_table(&folder.path().join("out.fits"), None).unwrap();
+    // Certified together, and drawn from something that is not the exact likelihood.
+    let off = column(&rows, "Max_dlogL");
+    assert!(off[0] == off[1] && off[0] > 0.0 && off[0] < 5.0, "{off:?}");
 }
 
 #[test]
