@@ -37,8 +37,8 @@ impl CrossFacet {
     /// Y_ij = Σ w F_i F_j cos 2π(φ_i - φ_j) [Jy⁻²] of each of `pairs`, on one core.
     ///
     /// # Precision
-    /// Against the exact engine all over the prior, on SKA1-MID: within 2e-5 sqrt(Y_i Y_j) at the
-    /// phase centre, 2e-3 sqrt(Y_i Y_j) 0.5 degrees from it.
+    /// Against the exact engine all over the prior, on SKA1-MID, relative to sqrt(Y_i Y_j): 4e-7 at
+    /// the phase centre, 7e-6 for points, 1e-5 at 0.5 degrees from it.
     ///
     /// # Not valid when
     /// As for X and Y of a [`Facet`].
@@ -133,21 +133,21 @@ mod tests {
 
     #[test]
     fn products_agree_with_the_exact_engine() {
-        for (scale_arcsec, bound) in [([0.1, 1.0], 2e-5), ([1.0, 10.0], 2e-5)] {
+        for scale_arcsec in [[0.1, 1.0], [1.0, 10.0]] {
             let worst = worst(CENTRE, scale_arcsec, Profile::Exponential);
-            assert!(worst < bound, "{scale_arcsec:?}: {worst:e}");
+            assert!(worst < 2e-6, "{scale_arcsec:?}: {worst:e}");
         }
-        for profile in [Profile::Gaussian, Profile::Point] {
+        for (profile, bound) in [(Profile::Gaussian, 2e-6), (Profile::Point, 2e-5)] {
             let worst = worst(CENTRE, [0.5, 2.0], profile);
-            assert!(worst < 2e-5, "{profile:?}: {worst:e}");
+            assert!(worst < bound, "{profile:?}: {worst:e}");
         }
     }
 
     #[test]
     fn products_agree_at_the_corner_of_a_field_too() {
-        for (scale_arcsec, bound) in [([0.1, 1.0], 2e-3), ([1.0, 10.0], 2e-3)] {
+        for scale_arcsec in [[0.1, 1.0], [1.0, 10.0]] {
             let worst = worst(CORNER, scale_arcsec, Profile::Exponential);
-            assert!(worst < bound, "{scale_arcsec:?}: {worst:e}");
+            assert!(worst < 3e-5, "{scale_arcsec:?}: {worst:e}");
         }
     }
 }
