@@ -68,6 +68,16 @@ impl Joined {
             is_conditional: vec![false; count],
         }
     }
+
+    /// Marks what is coupled beyond its group.
+    fn mark_conditional(&mut self, couplings: &[Coupling]) {
+        for Coupling { pair: [i, j], .. } in couplings {
+            if self.group[*i] != self.group[*j] {
+                self.is_conditional[*i] = true;
+                self.is_conditional[*j] = true;
+            }
+        }
+    }
 }
 
 impl Refinement<'_> {
@@ -108,12 +118,7 @@ impl Refinement<'_> {
             }
         }
         dataset.set_removed(means(sources));
-        for Coupling { pair: [i, j], .. } in couplings {
-            if joined.group[i] != joined.group[j] {
-                joined.is_conditional[i] = true;
-                joined.is_conditional[j] = true;
-            }
-        }
+        joined.mark_conditional(&couplings);
         Ok(joined)
     }
 
@@ -410,6 +415,14 @@ mod tests {
         let crossed = [coupling(0, 2, 0.5), coupling(1, 3, 0.6)];
         assert_eq!(groups(4, &crossed), [vec![0, 2], vec![1, 3]]);
         assert!(groups(3, &[]).is_empty());
+    }
+
+    #[test]
+    fn sources_coupled_beyond_their_group_are_marked() {
+        let mut joined = Joined::alone(4);
+        joined.group[1] = 0;
+        joined.mark_conditional(&[coupling(0, 1, 0.9), coupling(1, 2, 0.4)]);
+        assert_eq!(joined.is_conditional, [false, true, true, false]);
     }
 
     /// ln L of two Gaussians of correlation ρ is -ρ x y off the diagonal.
