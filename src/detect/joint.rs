@@ -43,6 +43,10 @@ const N_SEED: usize = 1000;
 /// Joint draws, and effective ones that must be among them.
 const N_DRAW: usize = 4000;
 const LEAST_ESS: f64 = 400.0;
+/// Effective draws from which sampling can be begun again.
+const FEWEST_ESS: f64 = 30.0;
+/// Times that a group is sampled before it is left as it was.
+const MOST_ATTEMPTS: u64 = 4;
 
 /// Two sources and their coupling.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,7 +104,7 @@ impl Refinement<'_> {
             }
             let before = sources.to_vec();
             let sampled =
-                self.sample_groups(dataset, sources, &waiting, &couplings, is_exact, observer)?;
+                self.sample_until_good(dataset, sources, &waiting, &couplings, is_exact, observer)?;
             let looked_at = certify(dataset, sources, &sampled)?;
             waiting.clear();
             for (group, looked_at) in sampled.into_iter().zip(looked_at) {
@@ -167,8 +171,42 @@ impl Refinement<'_> {
         Ok(couplings)
     }
 
-    /// Samples `groups` jointly; the posteriors of those that converged take the place of the old
-    /// ones. Returns these.
+    /// Samples `groups` jointly, those that did not come out well again from what came out: where
+    /// strongly coupled sources had not come to rest, the joint posterior lies elsewhere. The
+    /// posteriors of those that converged take the place of the old ones. Returns these.
+    fn sample_until_good(
+        &self,
+        dataset: &mut Dataset,
+        sources: &mut [Found],
+        groups: &[Vec<usize>],
+        couplings: &[Coupling],
+        is_exact: bool,
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<Vec<usize>>, DetectError> {
+        let before = sources.to_vec();
+        let (mut good, mut poor) = (Vec::new(), groups.to_vec());
+        for attempt in 0..MOST_ATTEMPTS {
+            if poor.is_empty() {
+                break;
+            }
+            observer.stage("sampling groups", poor.len() as u64);
+            let refinement = Refinement {
+                seed: stream_seed(self.seed, [6, attempt, 0]),
+                ..*self
+            };
+            let sampled =
+                refinement.sample_groups(dataset, sources, &poor, couplings, is_exact, observer)?;
+            poor.retain(|group| !sampled.contains(group));
+            good.extend(sampled);
+        }
+        for &i in poor.iter().flatten() {
+            sources[i] = before[i].clone();
+        }
+        Ok(good)
+    }
+
+    /// Samples `groups` jointly; what comes out takes the place of the old posteriors. Returns
+    /// those that converged.
     fn sample_groups(
         &self,
         dataset: &mut Dataset,
@@ -178,7 +216,6 @@ impl Refinement<'_> {
         is_exact: bool,
         observer: &mut dyn Observer,
     ) -> Result<Vec<Vec<usize>>, DetectError> {
-        observer.stage("sampling groups", groups.len() as u64);
         let mut converged = Vec::new();
         for (n_done, groups) in groups.chunks(IN_FLIGHT).enumerate() {
             dataset.set_removed(means(sources));
@@ -228,7 +265,7 @@ impl Refinement<'_> {
         regions: Vec<Region>,
         view: JointView,
     ) -> Active {
-        let seed = stream_seed(self.seed, [6, group[0] as u64, group.len() as u64]);
+        let seed = stream_seed(self.seed, [group[0] as u64, group.len() as u64, 0]);
         let mut rng = ChaCha8Rng::seed_from_u64(stream_seed(seed, [0, 0, 0]));
         let mut seeds = Vec::with_capacity(N_SEED * N_DIM * group.len());
         for _ in 0..N_SEED {
@@ -274,7 +311,8 @@ impl Refinement<'_> {
         }
     }
 
-    /// Makes the draws of a finished group the posteriors of its members, if they are good enough.
+    /// Makes the draws of a finished group the posteriors of its members, unless they are too few
+    /// to tell anything; gives the group if they are good enough to stay.
     fn take_over(&self, sources: &mut [Found], active: Active) -> Option<Vec<usize>> {
         let Active {
             group,
@@ -290,7 +328,7 @@ impl Refinement<'_> {
             draws.tail_index,
             draws.n_eval
         );
-        if !draws.is_converged {
+        if draws.u.is_empty() || draws.ess < FEWEST_ESS {
             return None;
         }
         let drawn = sources_at(self, &regions, &draws.u);
@@ -300,13 +338,11 @@ impl Refinement<'_> {
         };
         let modes: Vec<Mode> = group.iter().enumerate().map(mode).collect();
         let is_cut_off = |(mode, region): (&Mode, &Region)| self.is_cut_off(mode, region);
-        if modes.iter().zip(&regions).any(is_cut_off) {
-            return None;
-        }
+        let is_good = draws.is_converged && !modes.iter().zip(&regions).any(is_cut_off);
         for (&i, mode) in group.iter().zip(modes) {
             sources[i].mode = mode;
         }
-        Some(group)
+        is_good.then_some(group)
     }
 }
 
