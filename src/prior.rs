@@ -65,4 +65,13 @@ impl SourcePrior {
             }
         })
     }
+
+    /// The point of the unit cube that is `source`: the inverse of [`SourcePrior::source`].
+    pub fn unit(&self, region: &Region, source: &Source) -> [f64; N_DIM] {
+        let [u, v] = region.to_unit(source.lm);
+        let [x, y] = self.ellipticity.to_unit(source.e);
+        let flux = self.flux.to_unit(source.flux_jy);
+        let scale = self.scale.to_unit(source.scale_rad, source.flux_jy);
+        [u, v, flux, scale, x, y]
+    }
 }

@@ -45,12 +45,15 @@ impl Flags {
     pub const ENGINES_DIFFER: Self = Self(16);
     /// Sampling was stopped early: means, errors and evidence are rough.
     pub const UNFINISHED: Self = Self(32);
+    /// The source is coupled to one that it was not sampled jointly with: its errors are those for
+    /// a fixed neighbour, and more than 5% too small.
+    pub const CONDITIONAL: Self = Self(64);
 
     /// Effective samples below which [`Flags::LOW_N_EFF`] is set.
     pub const N_EFF_LIMIT: f64 = 100.0;
 
     /// Every bit with what it says, as the header of `CATALOGUE` documents it.
-    pub const MEANING: [(Self, &'static str); 6] = [
+    pub const MEANING: [(Self, &'static str); 7] = [
         (Self::LOW_N_EFF, "fewer than 100 effective samples"),
         (
             Self::AT_BORDER,
@@ -69,6 +72,10 @@ impl Flags {
             "fast and exact ln L differ by more than 1 (Max_dlogL)",
         ),
         (Self::UNFINISHED, "sampling was stopped early: all is rough"),
+        (
+            Self::CONDITIONAL,
+            "coupled to a source it was not sampled with: errors too small",
+        ),
     ];
 
     /// These bits and those of `other`.
@@ -90,7 +97,8 @@ pub struct SourceRow {
     pub name: String,
     /// Number within this catalogue, from 1.
     pub source_id: i64,
-    /// Sources with the same number were sampled jointly.
+    /// Sources with the same number, that of the brightest, were sampled jointly: row k of each in
+    /// `POSTERIOR` is one joint draw.
     pub group_id: i64,
     /// The mode in `MODES` that this source came from.
     pub mode_id: i64,

@@ -4,6 +4,7 @@ use super::accept::{Cuts, accept};
 use super::certify::{Certificate, certify};
 use super::density::expected_sources;
 use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore};
+use super::joint::Joined;
 use super::queue::{Queue, Search};
 use super::refine::{Found, Refinement};
 use super::{DetectError, Mode, Observer, Status, Tile};
@@ -86,6 +87,11 @@ pub struct Detected {
     pub snr: f64,
     /// Largest |ln L by all visibilities - ln L by the engine that drew the samples|.
     pub max_dlog_l: f64,
+    /// Sources with the same number were sampled jointly: sample k of one belongs to sample k of
+    /// the others.
+    pub group: usize,
+    /// It is coupled to a source of another group: its errors are those for a fixed neighbour.
+    pub is_conditional: bool,
 }
 
 /// Finds the sources in the data, which are left with all of them removed.
@@ -143,7 +149,8 @@ pub fn detect(
             again.for_each(|tile| queue.put_back(tile));
         }
     }
-    let mut certificates = certify(dataset, &mut sources)?;
+    let each: Vec<Vec<usize>> = (0..sources.len()).map(|i| vec![i]).collect();
+    let mut certificates = certify(dataset, &mut sources, &each)?.concat();
     let failed: Vec<usize> = (0..sources.len())
         .filter(|&i| !certificates[i].is_valid)
         .collect();
@@ -154,10 +161,16 @@ pub fn detect(
         );
         let refinement = refinement(settings, MOST_ROUNDS);
         refinement.finish_exactly(dataset, &mut sources, &failed, observer)?;
-        certificates = certify(dataset, &mut sources)?;
+        certificates = certify(dataset, &mut sources, &each)?.concat();
     }
     detection.n_expected = n_expected(dataset, settings, &sources);
-    detection.sources = detected(sources, &certificates);
+    let joined = if settings.refine {
+        let refinement = refinement(settings, MOST_ROUNDS);
+        refinement.join(dataset, &mut sources, &mut certificates, observer)?
+    } else {
+        Joined::alone(sources.len())
+    };
+    detection.sources = detected(sources, &certificates, &joined);
     detection.n_eval = dataset.n_eval();
     detection.screening = queue.screening();
     Ok(detection)
@@ -304,15 +317,18 @@ fn refinement<'a>(settings: &'a Settings, round: usize) -> Refinement<'a> {
 }
 
 /// The sources as they go into the catalogue, brightest first.
-fn detected(sources: Vec<Found>, certificates: &[Certificate]) -> Vec<Detected> {
+fn detected(sources: Vec<Found>, certificates: &[Certificate], joined: &Joined) -> Vec<Detected> {
     let mut detected: Vec<Detected> = sources
         .into_iter()
+        .enumerate()
         .zip(certificates)
-        .map(|(found, certificate)| Detected {
+        .map(|((i, found), certificate)| Detected {
             posterior: found.mode,
             mode: found.origin,
             snr: certificate.snr,
             max_dlog_l: certificate.max_dlog_l,
+            group: joined.group[i],
+            is_conditional: joined.is_conditional[i],
         })
         .collect();
     detected.sort_by(|a, b| {

@@ -265,7 +265,7 @@ impl Refinement<'_> {
 
     /// Does the posterior end at an edge of `region` that is none of the field? The source lay
     /// elsewhere when its neighbours were not yet known.
-    fn is_cut_off(&self, mode: &Mode, region: &Region) -> bool {
+    pub(super) fn is_cut_off(&self, mode: &Mode, region: &Region) -> bool {
         let reach = EDGE_SIGMAS * mode.position_sigma_rad;
         let least = self.beam_rad / mode.snr_peak().max(1.0);
         region.distance_to_edge(mode.mean.lm) < reach.max(least)

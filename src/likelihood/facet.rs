@@ -11,6 +11,7 @@
 
 mod builder;
 mod cells;
+mod cross;
 mod evaluate;
 mod fill;
 mod lanes;
@@ -24,6 +25,7 @@ mod term;
 mod turns;
 
 pub use builder::{FacetBuilder, FacetWeights};
+pub use cross::{CrossBuilder, CrossFacet};
 pub use map::FacetMap;
 pub use plan::{FacetError, FacetNeeds, FacetPlan, Reach, W_TERM_MAX};
 

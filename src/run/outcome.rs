@@ -1,5 +1,7 @@
 //! What a run found, as rows of the catalogue.
 
+use std::collections::BTreeMap;
+
 use vis2cat_formats::WriteError;
 
 use crate::catalogue::{
@@ -52,8 +54,13 @@ impl Outcome {
             run: run_entries(config, digest, dataset, settings, detection),
             summary: String::new(),
         };
+        // The number of a group is that of its brightest member.
+        let mut groups = BTreeMap::new();
         for detected in &detection.sources {
-            outcome.push(config, settings, frame, detected, detection.n_expected);
+            let source_id = outcome.sources.len() as i64 + 1;
+            let group_id = *groups.entry(detected.group).or_insert(source_id);
+            let n_expected = detection.n_expected;
+            outcome.push(config, settings, frame, detected, group_id, n_expected);
         }
         outcome.modes = modes(&outcome.sources, detection, frame);
         outcome.summary = outcome.summarise(dataset, detection);
@@ -79,6 +86,7 @@ impl Outcome {
         settings: &Settings,
         frame: IcrsCentre,
         detected: &Detected,
+        group_id: i64,
         n_expected: f64,
     ) {
         let mode = &detected.posterior;
@@ -101,9 +109,9 @@ impl Outcome {
         self.sources.push(SourceRow {
             name: catalogue::source_name(&config.acronym, summary.position),
             source_id,
-            group_id: source_id,
+            group_id,
             mode_id,
-            flags: flags(settings, mode, summary.flags()),
+            flags: flags(settings, detected, summary.flags()),
             posterior: summary,
             snr: detected.snr,
             snr_peak: mode.snr_peak(),
@@ -133,12 +141,16 @@ impl Outcome {
     }
 }
 
-fn flags(settings: &Settings, mode: &Mode, mut flags: Flags) -> Flags {
+fn flags(settings: &Settings, detected: &Detected, mut flags: Flags) -> Flags {
+    let mode = &detected.posterior;
     if settings.field.distance_to_edge(mode.mean.lm) < 3.0 * mode.position_sigma_rad {
         flags = flags.with(Flags::AT_BORDER);
     }
     if mode.is_unfinished {
         flags = flags.with(Flags::UNFINISHED);
+    }
+    if detected.is_conditional {
+        flags = flags.with(Flags::CONDITIONAL);
     }
     let flux = &settings.prior.flux;
     let (below, above) = (

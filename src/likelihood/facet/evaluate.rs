@@ -2,6 +2,10 @@
 #![allow(clippy::inline_always)] // one loop is compiled anew for each instruction set
 #![allow(unsafe_code)] // entering code compiled for an instruction set
 
+mod cross;
+
+pub(super) use cross::{PairJob, accumulate_pair};
+
 use super::cells::{Common, LANES, Pack};
 use super::lanes::Lanes;
 use super::lanes::portable::Plain;

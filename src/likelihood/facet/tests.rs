@@ -11,16 +11,16 @@ use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
 /// Corner of a field of 1 degree.
-const CORNER: Lm = Lm {
+pub(super) const CORNER: Lm = Lm {
     l: 0.0087,
     m: -0.0087,
 };
-const CENTRE: Lm = Lm { l: 0.0, m: 0.0 };
+pub(super) const CENTRE: Lm = Lm { l: 0.0, m: 0.0 };
 
 /// Longest major axis of the prior [rad]: 10 arcsec, |e| = 0.804.
 const LONGEST: f64 = 51.1 * ARCSEC;
 
-fn needs(side_arcsec: f64, reach: Reach, profile: Profile) -> FacetNeeds {
+pub(super) fn needs(side_arcsec: f64, reach: Reach, profile: Profile) -> FacetNeeds {
     FacetNeeds {
         side_rad: side_arcsec * ARCSEC,
         farthest: CORNER.l.hypot(CORNER.m),
@@ -39,7 +39,7 @@ pub(super) fn plan(side_arcsec: f64) -> Arc<FacetPlan> {
 
 /// The 19 306 baselines of SKA1-MID at `n_time` times over eight hours, -30 degrees, 1.4 GHz, with
 /// noise that gives the whole the sensitivity of the paper's observation.
-fn ska1_mid(n_time: usize) -> Vec<VisBlock> {
+pub(super) fn ska1_mid(n_time: usize) -> Vec<VisBlock> {
     let array = Array::find("ska1-mid").unwrap();
     let per_m = 1.4e9 / crate::units::SPEED_OF_LIGHT;
     let scale = 480.0 / n_time as f64;
@@ -66,7 +66,7 @@ fn ska1_mid(n_time: usize) -> Vec<VisBlock> {
     (0..n_time).map(block).collect()
 }
 
-fn reach(blocks: &[VisBlock]) -> Reach {
+pub(super) fn reach(blocks: &[VisBlock]) -> Reach {
     blocks
         .iter()
         .map(Reach::of)
@@ -96,7 +96,12 @@ fn add_galaxy(blocks: &mut [VisBlock], lm: Lm, snr: f64) {
 
 /// Sources all over `region`, every fourth in a corner, of sizes log-uniform in `scale_arcsec`, and
 /// |e| to `e_max`.
-fn sources(region: &Region, count: usize, scale_arcsec: [f64; 2], e_max: f64) -> Vec<Source> {
+pub(super) fn sources(
+    region: &Region,
+    count: usize,
+    scale_arcsec: [f64; 2],
+    e_max: f64,
+) -> Vec<Source> {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let source = |i: usize| {
         let [u, v]: [f64; 2] = std::array::from_fn(|_| match i % 4 {

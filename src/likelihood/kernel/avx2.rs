@@ -1,6 +1,7 @@
 //! The kernel in AVX2 and FMA: eight lanes, two vectors a pack.
 #![allow(unsafe_code)] // loads through pointers; entering code compiled for AVX2
 
+use super::cross::{self, PairTerm};
 use super::model::{self, Model};
 use super::numbers::{EXP2, GAUSSIAN_EXPONENT_MAX, SQRT2_SIN_PI, TURNS_PER_UNIT};
 use super::term::SourceTerm;
@@ -50,6 +51,17 @@ pub(super) fn subtract(block: &mut VisBlock, models: &[Model]) {
 #[target_feature(enable = "avx2,fma")]
 fn subtract_avx2(block: &mut VisBlock, models: &[Model]) {
     model::subtract(block, models);
+}
+
+/// Adds the sums of pairs over `block` to `sums`. The caller has checked for the instructions.
+pub(super) fn accumulate_pairs(block: &VisBlock, terms: &[PairTerm], sums: &mut [f64]) {
+    // SAFETY: `kernel::accumulate_pairs`, the only caller, asserts `Isa::Avx2.is_available()`.
+    unsafe { accumulate_pairs_avx2(block, terms, sums) }
+}
+
+#[target_feature(enable = "avx2,fma")]
+fn accumulate_pairs_avx2(block: &VisBlock, terms: &[PairTerm], sums: &mut [f64]) {
+    cross::accumulate(block, terms, sums);
 }
 
 /// X and Y of `term` over `tile`.

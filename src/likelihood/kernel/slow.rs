@@ -24,7 +24,7 @@ pub(super) fn tile_sums(tile: &Tile, term: &SourceTerm) -> Xy {
 }
 
 /// F of the scaled Q of [`SourceTerm`].
-fn factor(profile: Profile, q: f64) -> f64 {
+pub(super) fn factor(profile: Profile, q: f64) -> f64 {
     match profile {
         Profile::Exponential => 1.0 / ((1.0 + q) * (1.0 + q).sqrt()),
         Profile::Gaussian => (-q).exp2(),
