@@ -78,12 +78,15 @@ pub fn accumulate_pairs(blocks: &[VisBlock], terms: &[PairTerm], out: &mut [f64]
 
 /// Y_ij of a pair over `block` as the formula writes it, in f64: what the kernels are held against.
 pub fn plain_cross(block: &VisBlock, pair: &[Source; 2], profile: Profile) -> f64 {
-    let forms = pair.map(|source| QuadraticForm::new(source.scale_rad, source.e));
     let [a, b] = pair.map(|source| source.lm);
     let term = |k: usize| {
         let (u, v, w) = (block.u[k], block.v[k], block.w[k]);
         let phase = u * (a.l - b.l) + v * (a.m - b.m) + w * (a.n_minus_1() - b.n_minus_1());
-        let [f, g] = forms.map(|form| profile.shape().factor(form.at(u, v)));
+        let [f, g] = pair.map(|source| {
+            let [u_seen, v_seen] = source.lm.uv_seen(u, v, w);
+            let form = QuadraticForm::new(source.scale_rad, source.e);
+            profile.shape().factor(form.at(u_seen, v_seen))
+        });
         block.weight[k] as f64 * f * g * (TAU * phase).cos()
     };
     (0..block.len()).map(term).sum()
