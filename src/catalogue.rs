@@ -25,7 +25,7 @@ pub use header::{CatalogueHeader, PriorRange};
 pub use name::{ACRONYM, source_name};
 pub use posterior::{Ellipse, Summary, WeightedSample, equal_weight, posterior_rows, summarise};
 pub use read::{FoundCatalogue, FoundMode, FoundRow, FoundSamples, SearchedField, read_catalogue};
-pub use row::{Estimate, Flags, ModeRow, PosteriorRow, RunEntry, SourceRow, p_source};
+pub use row::{Estimate, Flags, ModeRow, PosteriorRow, RunEntry, SourceRow};
 pub(crate) use summary::aligned;
 pub use summary::summary_table;
 pub use truth::{CatalogueSource, SourceList, read_source_list, read_sources, write_truth};

@@ -29,6 +29,19 @@ impl Lm {
         -r2 / (1.0 + (1.0 - r2).max(0.0).sqrt())
     }
 
+    /// (l/n, m/n): what w takes off u and v as seen from this direction.
+    pub fn slopes(self) -> [f64; 2] {
+        let n = 1.0 + self.n_minus_1();
+        [self.l / n, self.m / n]
+    }
+
+    /// The baseline (u, v, w) as a source in this direction sees it, (u - w l/n, v - w m/n): how fast
+    /// the phase u l + v m + w (n - 1) changes with l and m there.
+    pub fn uv_seen(self, u: f64, v: f64, w: f64) -> [f64; 2] {
+        let [slope_u, slope_v] = self.slopes();
+        [u - w * slope_u, v - w * slope_v]
+    }
+
     /// Distance in the (l, m) plane.
     pub fn distance(self, other: Lm) -> f64 {
         (self.l - other.l).hypot(self.m - other.m)

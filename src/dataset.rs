@@ -3,6 +3,7 @@
 //! The samples are cut into blocks of [`BLOCK_LEN`] in file order, whatever the memory budget, so
 //! that the same sums come out whether they are held or streamed.
 
+mod cross;
 mod evaluate;
 mod ingest;
 mod noise;
@@ -14,6 +15,7 @@ mod survey;
 mod uv_profile;
 mod views;
 
+pub use cross::JointView;
 pub use evaluate::Request;
 pub use noise::{DifferenceMethod, NoiseReport, NoiseUsed};
 pub use open::OpenOptions;

@@ -7,10 +7,14 @@
 //!    others: a mode that was only the sidelobe of a brighter source does not survive this.
 //! 4. `refine` samples each source anew with all the others removed; `prune` takes out those
 //!    that are only a part of a close neighbour; the tiles are screened again without them.
+//! 5. `certify` weights the samples anew by all visibilities; sources that overlap are sampled
+//!    again together (`joint`).
 
 mod accept;
 mod certify;
+mod density;
 mod explore;
+mod joint;
 mod mean_shift;
 mod mode;
 mod pipeline;
@@ -21,6 +25,7 @@ mod screen;
 mod tiles;
 
 pub use accept::Cuts;
+pub use density::p_source;
 pub use explore::{SamplerFactory, SamplerSettings};
 pub use mode::{Mode, ModeSample, Status};
 pub use pipeline::{Detected, Detection, Screening, Settings, detect};

@@ -9,6 +9,7 @@ pub mod dataset;
 pub mod detect;
 pub mod evaluate;
 pub mod likelihood;
+mod normal;
 pub mod prior;
 pub mod rime;
 pub mod run;

@@ -6,6 +6,7 @@
 //! ```
 
 mod block;
+mod cross;
 mod exact;
 pub mod facet;
 pub mod kernel;
@@ -15,8 +16,9 @@ mod samples;
 mod subtract;
 
 pub use block::VisBlock;
+pub use cross::{accumulate_pairs, joint_log_l, pairs, plain_cross, xy_without_others};
 pub use exact::{accumulate_blocks, xy_batch};
-pub use kernel::{Isa, SourceTerm};
+pub use kernel::{Isa, PairTerm, SourceTerm};
 pub use plain::plain_xy;
 pub use subtract::subtract;
 

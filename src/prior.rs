@@ -12,6 +12,7 @@ pub use region::Region;
 pub use scale::{ScalePrior, ScaleRelation};
 pub use window::Window;
 
+use crate::coords::Lm;
 use crate::rime::Source;
 
 /// Dimensions of the unit cube of one source.
@@ -47,5 +48,30 @@ impl SourcePrior {
             scale_rad: self.scale.from_unit(u[3], flux_jy),
             e: self.ellipticity.from_unit(u[4], u[5]),
         }
+    }
+
+    /// `n` sources that cover the prior evenly, at the phase centre: an additive recurrence by the
+    /// golden ratio of four dimensions (Roberts 2018).
+    pub fn evenly(&self, n: usize) -> impl Iterator<Item = Source> + '_ {
+        const STEP: [f64; 4] = [0.856_674_9, 0.733_891_9, 0.628_706_7, 0.538_597_2];
+        (0..n).map(|i| {
+            let [flux, scale, e1, e2] = STEP.map(|step| (0.5 + step * i as f64).fract());
+            let flux_jy = self.flux.from_unit(flux);
+            Source {
+                lm: Lm::default(),
+                flux_jy,
+                scale_rad: self.scale.from_unit(scale, flux_jy),
+                e: self.ellipticity.from_unit(e1, e2),
+            }
+        })
+    }
+
+    /// The point of the unit cube that is `source`: the inverse of [`SourcePrior::source`].
+    pub fn unit(&self, region: &Region, source: &Source) -> [f64; N_DIM] {
+        let [u, v] = region.to_unit(source.lm);
+        let [x, y] = self.ellipticity.to_unit(source.e);
+        let flux = self.flux.to_unit(source.flux_jy);
+        let scale = self.scale.to_unit(source.scale_rad, source.flux_jy);
+        [u, v, flux, scale, x, y]
     }
 }

@@ -8,6 +8,7 @@
 //! NestedRun: dead points with birth contours + the tree of modes
 //!     -> evidence(): log Z, its error, information, ess    -> log_weights()
 //!     -> modes(): the same for every mode, with its posterior samples
+//! Population: the same protocol, where a posterior of one piece is roughly known -> Draws
 //! ```
 //!
 //! # Examples
@@ -38,13 +39,17 @@ mod bound;
 mod evidence;
 mod modes;
 mod multinest;
+mod pareto;
+mod population;
 pub mod problems;
 mod run;
+mod student;
 
 pub use bound::Ellipsoid;
 pub use evidence::Evidence;
 pub use modes::ModeSummary;
 pub use multinest::{MultiNest, MultiNestConfig};
+pub use population::{Draws, Population, PopulationConfig};
 pub use run::{RunError, run};
 
 /// A nested sampler, driven from outside: `ask`, evaluate, `tell`, until `ask` brings nothing.

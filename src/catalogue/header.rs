@@ -83,6 +83,9 @@ impl CatalogueHeader {
             format!("{factor:.5} times the scale-length of that axis."),
             "Errors are standard deviations of the posterior.".to_owned(),
             "NaN is a value that is missing or not defined.".to_owned(),
+            "Sources of one Group_id overlap and were sampled jointly: they have equally"
+                .to_owned(),
+            "many rows in POSTERIOR, and row k of each is one joint draw.".to_owned(),
             "Flags is the sum of:".to_owned(),
         ];
         for (bit, meaning) in Flags::MEANING {

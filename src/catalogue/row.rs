@@ -45,12 +45,15 @@ impl Flags {
     pub const ENGINES_DIFFER: Self = Self(16);
     /// Sampling was stopped early: means, errors and evidence are rough.
     pub const UNFINISHED: Self = Self(32);
+    /// The source is coupled to one that it was not sampled jointly with: its errors are those for
+    /// a fixed neighbour, and more than 5% too small.
+    pub const CONDITIONAL: Self = Self(64);
 
     /// Effective samples below which [`Flags::LOW_N_EFF`] is set.
     pub const N_EFF_LIMIT: f64 = 100.0;
 
     /// Every bit with what it says, as the header of `CATALOGUE` documents it.
-    pub const MEANING: [(Self, &'static str); 6] = [
+    pub const MEANING: [(Self, &'static str); 7] = [
         (Self::LOW_N_EFF, "fewer than 100 effective samples"),
         (
             Self::AT_BORDER,
@@ -69,6 +72,10 @@ impl Flags {
             "fast and exact ln L differ by more than 1 (Max_dlogL)",
         ),
         (Self::UNFINISHED, "sampling was stopped early: all is rough"),
+        (
+            Self::CONDITIONAL,
+            "coupled to a source it was not sampled with: errors too small",
+        ),
     ];
 
     /// These bits and those of `other`.
@@ -83,16 +90,6 @@ impl Flags {
     }
 }
 
-/// Posterior probability of a source against none, where the local log evidence is `log_z` and
-/// `n_expected` sources are expected in the field, at least one.
-///
-/// # Source
-/// Hobson & McLachlan 2003, equation 24; Carvalho et al. 2009.
-pub fn p_source(log_z: f64, n_expected: usize) -> f64 {
-    let log_odds = log_z + (n_expected.max(1) as f64).ln();
-    1.0 / (1.0 + (-log_odds).exp())
-}
-
 /// One source of `CATALOGUE`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SourceRow {
@@ -100,7 +97,8 @@ pub struct SourceRow {
     pub name: String,
     /// Number within this catalogue, from 1.
     pub source_id: i64,
-    /// Sources with the same number were sampled jointly.
+    /// Sources with the same number, that of the brightest, were sampled jointly: row k of each in
+    /// `POSTERIOR` is one joint draw.
     pub group_id: i64,
     /// The mode in `MODES` that this source came from.
     pub mode_id: i64,
@@ -112,7 +110,7 @@ pub struct SourceRow {
     pub snr_peak: f64,
     /// Local log evidence against no source, and its error.
     pub log_z: Estimate,
-    /// Probability that this is a source; NaN if not calibrated.
+    /// Probability that this is a source.
     pub p_source: f64,
     /// Largest difference of ln L, exact minus fast engine; NaN if there was no exact pass.
     pub max_dlog_l: f64,
@@ -145,6 +143,8 @@ pub struct ModeRow {
     pub snr_peak: f64,
     /// As in [`SourceRow`].
     pub log_z: Estimate,
+    /// As in [`SourceRow`]; NaN where the evidence is out of date or another mode has it.
+    pub p_source: f64,
     /// Number of samples.
     pub n_samples: i64,
     /// Effective number of samples.

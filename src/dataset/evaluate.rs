@@ -59,11 +59,11 @@ fn accumulate_restored(
     let added = with_profile(&negated(restored), profile);
     let partial: Vec<Vec<Xy>> = blocks
         .par_iter()
-        .map(|block| {
-            let mut block = block.clone();
-            subtract(&mut block, &added);
+        .map_init(VisBlock::default, |room, block| {
+            room.copy_from(block);
+            subtract(room, &added);
             let mut partial = vec![Xy::default(); terms.len()];
-            accumulate_blocks(std::slice::from_ref(&block), terms, &mut partial);
+            accumulate_blocks(std::slice::from_ref(room), terms, &mut partial);
             partial
         })
         .collect();

@@ -72,7 +72,7 @@ impl Dataset {
                 "the weights are not usable; try --noise sefd=400Jy".into(),
             ));
         }
-        let uv_profile = std::mem::take(&mut tally.uv_profile);
+        let uv_profile = std::mem::take(&mut tally.uv_profile).scaled(noise.weight_scale);
         let info = DataInfo {
             n_row: ingest.n_row,
             noise,

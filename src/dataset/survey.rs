@@ -3,6 +3,7 @@
 //! The field is cut into facets much larger than those that serve a likelihood. Sources of the sizes
 //! that are looked for are seen by the shorter baselines, so the facets leave out the others.
 
+use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -15,6 +16,7 @@ use crate::coords::Lm;
 use crate::likelihood::VisBlock;
 use crate::likelihood::facet::{Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetWeights, Reach};
 use crate::prior::{Region, SourcePrior};
+use crate::rime::Source;
 use crate::rime::shape::Ellipticity;
 
 /// Spacing of positions in widths of the beam: what a source keeps at the nearest, 0.32 beams away
@@ -222,20 +224,31 @@ impl Dataset {
     /// What all but 1% of the sources of `prior` show under the best of `templates`.
     fn least_seen(&self, prior: &SourcePrior, templates: &[Binned], reach: f64) -> f64 {
         let (uv_profile, profile) = (&self.uv_profile, self.profile);
-        let seen = |i: usize| {
-            // An even set of points, by the golden ratio in four dimensions (Roberts 2018).
-            let u = [0.856_674_9, 0.733_891_9, 0.628_706_7, 0.538_597_2];
-            let [flux, scale, e1, e2] = u.map(|step| (0.5 + step * i as f64).fract());
-            let flux_jy = prior.flux.from_unit(flux);
-            let scale_rad = prior.scale.from_unit(scale, flux_jy);
-            let e = prior.ellipticity.from_unit(e1, e2);
-            let source = uv_profile.binned(profile, scale_rad, e);
+        let seen = |source: Source| {
+            let source = uv_profile.binned(profile, source.scale_rad, source.e);
             let seen = templates.iter().map(|t| uv_profile.seen(&source, t, reach));
             seen.fold(0.0, f64::max)
         };
-        let mut seen: Vec<f64> = (0..N_DRAW).into_par_iter().map(seen).collect();
+        let sources: Vec<Source> = prior.evenly(N_DRAW).collect();
+        let mut seen: Vec<f64> = sources.into_par_iter().map(seen).collect();
         seen.sort_by(f64::total_cmp);
         seen[(LEAST_SEEN * N_DRAW as f64) as usize]
+    }
+
+    /// Part of the sources of `prior` that are expected to stay below a matched-filter signal-to-noise
+    /// ratio of `cut`.
+    ///
+    /// A source of ratio ρ shows sqrt(ρ² + 2) on average, as its position follows the noise, with a
+    /// scatter of 1.
+    pub fn part_below(&self, cut: f64, prior: &SourcePrior) -> f64 {
+        let below = |source: Source| {
+            let binned = self
+                .uv_profile
+                .binned(self.profile, source.scale_rad, source.e);
+            let snr2 = source.flux_jy * source.flux_jy * self.uv_profile.y(&binned);
+            0.5 * puruspe::erfc(((snr2 + 2.0).sqrt() - cut) * FRAC_1_SQRT_2)
+        };
+        prior.evenly(N_DRAW).map(below).sum::<f64>() / N_DRAW as f64
     }
 
     /// Looks at the facets number `which` of `survey`, less the removed sources, and hands each map

@@ -11,7 +11,7 @@ const N_BIN: usize = 8 * 40;
 /// Directions that an elliptical shape is averaged over.
 const N_ANGLE: usize = 16;
 
-/// Relative weight and largest |w| by sqrt(u² + v²), in logarithmic bins. Directions are taken as evenly
+/// Weight [Jy⁻²] and largest |w| by sqrt(u² + v²), in logarithmic bins. Directions are taken as evenly
 /// covered.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct UvProfile {
@@ -40,6 +40,18 @@ impl UvProfile {
         let bin = ((octaves * PER_OCTAVE) as usize).min(N_BIN - 1);
         self.weight[bin] += weight;
         self.max_w[bin] = self.max_w[bin].max(w.abs());
+    }
+
+    /// The same with all weights multiplied by `scale`.
+    pub(super) fn scaled(mut self, scale: f64) -> Self {
+        self.weight.iter_mut().for_each(|weight| *weight *= scale);
+        self
+    }
+
+    /// Y of a shape [Jy⁻²].
+    pub(super) fn y(&self, shape: &Binned) -> f64 {
+        let terms = self.weight.iter().zip(&shape.mean_square);
+        terms.map(|(weight, square)| weight * square).sum()
     }
 
     /// The shape in every bin.
@@ -109,6 +121,10 @@ mod tests {
         };
         let (small, large, long) = (shape(2e-6, 0.0), shape(2e-5, 0.0), shape(2e-6, 0.7));
         let all = 1e9;
+        let whole = profile.y(&shape(1e-12, 0.0));
+        assert!((whole / 1999.0 - 1.0).abs() < 1e-6 && profile.y(&large) < 0.1 * whole);
+        let twice = profile.clone().scaled(2.0);
+        assert_eq!(twice.y(&small), 2.0 * profile.y(&small));
         assert!((profile.seen(&small, &small, all) - 1.0).abs() < 1e-12);
         assert!(profile.seen(&large, &small, all) < 0.8);
         let seen = profile.seen(&long, &small, all);

@@ -162,17 +162,33 @@ impl Dataset {
 
     /// The size of facet that serves a region; none if all samples serve it better.
     fn size_for(&mut self, request: &ViewRequest) -> Option<usize> {
-        if self.engine.engine == Engine::Exact || request.is_exact {
+        if request.is_exact {
             return None;
         }
-        let (region, beam_rad) = (&request.region, self.info.beam_rad);
-        let side_rad = (region.high.l - region.low.l).max(region.high.m - region.low.m);
-        let step = ((side_rad / beam_rad).ln() / SIZE_STEP.ln()).ceil() as i32;
+        let step = self.size_step(&request.region);
         if let Some(known) = self.sizes.iter().position(|size| size.step == step) {
             return Some(known);
         }
-        let plan = FacetPlan::new(FacetNeeds {
-            side_rad: beam_rad * SIZE_STEP.powi(step),
+        let plan = self.plan(self.facet_needs(step))?;
+        tracing::debug!("facets of {:.1} beams: {}", SIZE_STEP.powi(step), plan);
+        self.sizes.push(FacetSize {
+            step,
+            plan: Arc::new(plan),
+            weights: None,
+        });
+        Some(self.sizes.len() - 1)
+    }
+
+    /// The smallest power of [`SIZE_STEP`] that, times the beam, is as large as `region`.
+    pub(super) fn size_step(&self, region: &Region) -> i32 {
+        let side_rad = (region.high.l - region.low.l).max(region.high.m - region.low.m);
+        ((side_rad / self.info.beam_rad).ln() / SIZE_STEP.ln()).ceil() as i32
+    }
+
+    /// What facets of this size must do.
+    pub(super) fn facet_needs(&self, step: i32) -> FacetNeeds {
+        FacetNeeds {
+            side_rad: self.info.beam_rad * SIZE_STEP.powi(step),
             farthest: self.engine.farthest,
             reach: Reach {
                 uv: self.info.max_uv,
@@ -181,21 +197,19 @@ impl Dataset {
             longest_axis_rad: self.engine.longest_axis_rad,
             profile: self.profile,
             w_term_max: W_TERM_MAX,
-        });
-        // A region too large for a facet, or with fewer samples than the cells of the two levels that
-        // most sources are summed over, is left to all samples.
-        let plan = plan.ok()?;
-        let is_forced = self.engine.engine == Engine::Facet;
-        if !is_forced && (self.info.n_sample as usize) < 2 * plan.level_cells() {
+        }
+    }
+
+    /// The plan of such facets. Regions too large for a facet, or with fewer samples than the cells
+    /// of the two levels that most sources are summed over, are left to all samples.
+    pub(super) fn plan(&self, needs: FacetNeeds) -> Option<FacetPlan> {
+        if self.engine.engine == Engine::Exact {
             return None;
         }
-        tracing::debug!("facets of {:.1} beams: {}", SIZE_STEP.powi(step), plan);
-        self.sizes.push(FacetSize {
-            step,
-            plan: Arc::new(plan),
-            weights: None,
-        });
-        Some(self.sizes.len() - 1)
+        let plan = FacetPlan::new(needs).ok()?;
+        let is_forced = self.engine.engine == Engine::Facet;
+        let is_worth_it = self.info.n_sample as usize >= 2 * plan.level_cells();
+        (is_forced || is_worth_it).then_some(plan)
     }
 
     /// Facets of one size for the requests `which`, in one pass.

@@ -1,4 +1,4 @@
-//! The last look at every source: its posterior samples by all visibilities.
+//! The last look at every source, or group of sources: its posterior samples by all visibilities.
 //!
 //! Whatever engine the samples were drawn with, they are weighted in the end as the exact likelihood
 //! wants. Where evaluating all of them would take longer than the run, an even choice is evaluated;
@@ -10,15 +10,14 @@ use nalgebra::{DMatrix, DVector};
 use super::refine::{Found, means};
 use super::{DetectError, Mode, ModeSample};
 use crate::dataset::{Dataset, Request};
-use crate::likelihood::Xy;
+use crate::likelihood::{Xy, joint_log_l, pairs, xy_without_others};
+use crate::prior::N_DIM;
 use crate::rime::Source;
 
 /// Samples times visibilities that are worth evaluating: half a minute of a core.
 const AFFORDABLE: f64 = 1e11;
 /// Fewest samples of a source that are evaluated.
 const FEWEST: f64 = 100.0;
-/// Parameters of a source, and one: the coefficients of a plane.
-const N_COEFFICIENT: usize = 7;
 /// Largest scatter of the difference about the plane, in ln L, with which samples count as certified.
 const LARGEST_SCATTER: f64 = 0.5;
 /// Least part of the effective samples that must be left.
@@ -35,34 +34,108 @@ pub(super) struct Certificate {
     pub(super) is_valid: bool,
 }
 
-/// Weights the samples of all sources anew, each with all the others removed.
+/// Joint samples of a group of sources, and what all visibilities say of them.
+struct Draws {
+    /// Which samples of the members.
+    chosen: Vec<usize>,
+    /// The members there, axes (sample, member).
+    sources: Vec<Vec<Source>>,
+    /// X and Y of each, with all members in the data.
+    xy: Vec<Vec<Xy>>,
+    /// Y_ij of the pairs of members, axes (sample, pair).
+    cross: Vec<Vec<f64>>,
+}
+
+impl Draws {
+    /// Even choices of the samples of all `groups`, in one pass for X and Y and one for Y_ij.
+    fn look_at(
+        dataset: &mut Dataset,
+        sources: &[Found],
+        groups: &[Vec<usize>],
+    ) -> Result<Vec<Self>, DetectError> {
+        let n_sum: usize = groups
+            .iter()
+            .map(|g| g.len() + pairs(g.len()).count())
+            .sum();
+        let affordable = AFFORDABLE / (dataset.info().n_sample as f64 * n_sum as f64);
+        let most = affordable.max(FEWEST) as usize;
+        let mut draws: Vec<Self> = groups
+            .iter()
+            .map(|group| Self::choose(sources, group, most))
+            .collect();
+        let requests: Vec<Request> = (draws.iter().zip(groups))
+            .map(|(draws, group)| Request {
+                points: draws.sources.concat(),
+                restored: group.iter().map(|&i| sources[i].mode.mean).collect(),
+            })
+            .collect();
+        let wanted: Vec<[Source; 2]> = draws.iter().flat_map(Self::pairs).collect();
+        let xy = dataset.evaluate(&requests)?;
+        let mut cross = dataset.cross(&wanted)?.into_iter();
+        for ((draws, group), xy) in draws.iter_mut().zip(groups).zip(xy) {
+            let n_pair = pairs(group.len()).count();
+            draws.xy = xy.chunks(group.len()).map(<[Xy]>::to_vec).collect();
+            draws.cross = (draws.chosen.iter())
+                .map(|_| cross.by_ref().take(n_pair).collect())
+                .collect();
+        }
+        Ok(draws)
+    }
+
+    fn choose(sources: &[Found], group: &[usize], most: usize) -> Self {
+        let chosen = choose(&sources[group[0]].mode.samples, most);
+        let at = |&k: &usize| -> Vec<Source> {
+            let members = group.iter();
+            members
+                .map(|&i| sources[i].mode.samples[k].source)
+                .collect()
+        };
+        Self {
+            sources: chosen.iter().map(at).collect(),
+            chosen,
+            xy: Vec::new(),
+            cross: Vec::new(),
+        }
+    }
+
+    fn pairs(&self) -> impl Iterator<Item = [Source; 2]> {
+        let of_draw =
+            |s: &Vec<Source>| -> Vec<_> { pairs(s.len()).map(|[i, j]| [s[i], s[j]]).collect() };
+        self.sources.iter().flat_map(of_draw)
+    }
+
+    /// Joint ln L of each.
+    fn log_l(&self) -> impl Iterator<Item = f64> {
+        let sums = self.xy.iter().zip(&self.cross);
+        let sums = self.sources.iter().zip(sums);
+        sums.map(|(sources, (xy, cross))| joint_log_l(sources, xy, cross))
+    }
+
+    /// X and Y of a member in the last one, the one of highest ln L, with the others removed.
+    fn best_xy(&self, member: usize) -> Option<Xy> {
+        let (xy, cross) = (self.xy.last()?, self.cross.last()?);
+        Some(xy_without_others(member, self.sources.last()?, xy, cross))
+    }
+}
+
+/// Weights the samples of all `groups` of sources anew, each group with all others removed; sample
+/// k of one member belongs to sample k of the others. Gives a certificate for every member.
 pub(super) fn certify(
     dataset: &mut Dataset,
     sources: &mut [Found],
-) -> Result<Vec<Certificate>, DetectError> {
+    groups: &[Vec<usize>],
+) -> Result<Vec<Vec<Certificate>>, DetectError> {
     dataset.set_removed(means(sources));
-    let affordable = AFFORDABLE / (dataset.info().n_sample as f64 * sources.len() as f64);
-    let most = affordable.max(FEWEST) as usize;
-    let chosen: Vec<Vec<usize>> = sources
-        .iter()
-        .map(|s| choose(&s.mode.samples, most))
-        .collect();
-    let requests: Vec<Request> = sources
-        .iter()
-        .zip(&chosen)
-        .map(|(found, chosen)| Request {
-            points: chosen
-                .iter()
-                .map(|&i| found.mode.samples[i].source)
-                .collect(),
-            restored: vec![found.mode.mean],
-        })
-        .collect();
-    let xy = dataset.evaluate(&requests)?;
-    let sources = sources.iter_mut().zip(chosen.iter().zip(&xy));
-    Ok(sources
-        .map(|(found, (chosen, xy))| weigh(&mut found.mode, chosen, xy))
-        .collect())
+    let draws = Draws::look_at(dataset, sources, groups)?;
+    let mut certificates = Vec::with_capacity(groups.len());
+    for (group, draws) in groups.iter().zip(draws) {
+        let mut modes: Vec<Mode> = group.iter().map(|&i| sources[i].mode.clone()).collect();
+        certificates.push(weigh(&mut modes, &draws));
+        for (&i, mode) in group.iter().zip(modes) {
+            sources[i].mode = mode;
+        }
+    }
+    Ok(certificates)
 }
 
 /// All samples if they are not more than `most`, else as many spread evenly over the weight; the one
@@ -84,69 +157,85 @@ pub(super) fn choose(samples: &[ModeSample], most: usize) -> Vec<usize> {
     chosen
 }
 
-/// Weights the samples of `mode` by the exact sums `xy` of those `chosen`.
-fn weigh(mode: &mut Mode, chosen: &[usize], xy: &[Xy]) -> Certificate {
-    let samples = &mode.samples;
-    let difference =
-        |(&i, xy): (&usize, &Xy)| xy.log_l(samples[i].source.flux_jy) - samples[i].log_l;
-    let exact_less: Vec<f64> = chosen.iter().zip(xy).map(difference).collect();
+/// Weights the joint samples of `modes`, the members of a group, by the exact sums of some of them.
+fn weigh(modes: &mut [Mode], draws: &Draws) -> Vec<Certificate> {
+    let (chosen, samples) = (&draws.chosen, &modes[0].samples);
+    let exact_less: Vec<f64> = (draws.log_l().zip(chosen))
+        .map(|(log_l, &k)| log_l - samples[k].log_l)
+        .collect();
     let max_dlog_l = exact_less.iter().fold(0.0, |max: f64, d| max.max(d.abs()));
-    mode.best_xy = xy.last().copied().unwrap_or(mode.best_xy);
     let is_all = chosen.len() > samples.len();
-    let (mut correction, scatter) = plane(mode, chosen, &exact_less);
+    let (mut correction, scatter) = plane(modes, chosen, &exact_less);
     if is_all {
-        for (&i, d) in chosen.iter().zip(&exact_less) {
-            correction[i] = *d;
+        for (&k, d) in chosen.iter().zip(&exact_less) {
+            correction[k] = *d;
         }
     }
-    tracing::debug!(
-        "SNR {:.1}: ln L differs by up to {max_dlog_l:.3}, {scatter:.3} about a plane",
-        mode.best_xy.snr_peak()
-    );
-    let n_eff = mode.n_eff;
-    *mode = reweighted(mode, &correction);
-    let total: f64 = chosen.iter().map(|&i| mode.samples[i].weight).sum();
-    let snr = chosen.iter().zip(xy).map(|(&i, xy)| {
+    let n_eff = modes[0].n_eff;
+    let is_alone = modes.len() == 1;
+    for (member, mode) in modes.iter_mut().enumerate() {
+        mode.best_xy = draws.best_xy(member).unwrap_or(mode.best_xy);
+        *mode = reweighted(mode, &correction, is_alone);
+        tracing::debug!(
+            "SNR {:.1}: ln L differs by up to {max_dlog_l:.3}, {scatter:.3} about a plane",
+            mode.best_xy.snr_peak()
+        );
+    }
+    let is_valid = modes[0].n_eff > LEAST_KEPT * n_eff && (is_all || scatter < LARGEST_SCATTER);
+    let certificate = |(member, mode): (usize, &Mode)| Certificate {
+        max_dlog_l,
+        snr: mean_snr(mode, member, draws, is_all),
+        is_valid,
+    };
+    modes.iter().enumerate().map(certificate).collect()
+}
+
+/// Posterior mean of S sqrt(Y) of a member; `is_all`: all its samples were looked at.
+fn mean_snr(mode: &Mode, member: usize, draws: &Draws, is_all: bool) -> f64 {
+    let chosen = &draws.chosen;
+    let total: f64 = chosen.iter().map(|&k| mode.samples[k].weight).sum();
+    let snr = chosen.iter().zip(&draws.xy).map(|(&k, xy)| {
         let share = if is_all {
-            mode.samples[i].weight / total
+            mode.samples[k].weight / total
         } else {
             1.0 / chosen.len() as f64
         };
-        share * xy.snr(mode.samples[i].source.flux_jy)
+        share * xy[member].snr(mode.samples[k].source.flux_jy)
     });
-    Certificate {
-        max_dlog_l,
-        snr: snr.sum(),
-        is_valid: mode.n_eff > LEAST_KEPT * n_eff && (is_all || scatter < LARGEST_SCATTER),
-    }
+    snr.sum()
 }
 
 /// The plane through the differences at the samples `chosen`, at every sample, and the scatter
 /// about it.
-fn plane(mode: &Mode, chosen: &[usize], exact_less: &[f64]) -> (Vec<f64>, f64) {
-    let n_eff = chosen.len() as f64;
-    let mean = exact_less.iter().sum::<f64>() / n_eff.max(1.0);
-    let flat = (vec![mean; mode.samples.len()], f64::INFINITY);
-    if chosen.len() <= 2 * N_COEFFICIENT {
+fn plane(modes: &[Mode], chosen: &[usize], exact_less: &[f64]) -> (Vec<f64>, f64) {
+    let (n_sample, n_chosen) = (modes[0].samples.len(), chosen.len() as f64);
+    let n_coefficient = 1 + N_DIM * modes.len();
+    let mean = exact_less.iter().sum::<f64>() / n_chosen.max(1.0);
+    let flat = (vec![mean; n_sample], f64::INFINITY);
+    if chosen.len() <= 2 * n_coefficient {
         return flat;
     }
-    let row = |i: usize| coordinates(&mode.samples[i].source, mode);
-    let rows = DMatrix::from_fn(chosen.len(), N_COEFFICIENT, |k, c| row(chosen[k])[c]);
+    let row = |k: usize| {
+        let members = modes.iter();
+        let members = members.flat_map(move |mode| coordinates(&mode.samples[k].source, mode));
+        std::iter::once(1.0).chain(members)
+    };
+    let cells = chosen.iter().flat_map(|&k| row(k));
+    let rows = DMatrix::from_row_iterator(chosen.len(), n_coefficient, cells);
     let wanted = DVector::from_column_slice(exact_less);
     let Ok(fit) = rows.clone().svd(true, true).solve(&wanted, 1e-9) else {
         return flat;
     };
-    let scatter = (&rows * &fit - &wanted).norm() / (n_eff - N_COEFFICIENT as f64).sqrt();
-    let at = |i: usize| row(i).iter().zip(fit.iter()).map(|(x, c)| x * c).sum();
-    ((0..mode.samples.len()).map(at).collect(), scatter)
+    let scatter = (&rows * &fit - &wanted).norm() / (n_chosen - n_coefficient as f64).sqrt();
+    let at = |k: usize| row(k).zip(fit.iter()).map(|(x, c)| x * c).sum();
+    ((0..n_sample).map(at).collect(), scatter)
 }
 
-/// One, and the parameters about their means, of order one.
-fn coordinates(source: &Source, mode: &Mode) -> [f64; N_COEFFICIENT] {
+/// The parameters about their means, of order one.
+fn coordinates(source: &Source, mode: &Mode) -> [f64; N_DIM] {
     let mean = &mode.mean;
     let position = mode.position_sigma_rad.max(f64::MIN_POSITIVE);
     [
-        1.0,
         (source.lm.l - mean.lm.l) / position,
         (source.lm.m - mean.lm.m) / position,
         (source.flux_jy - mean.flux_jy) / mode.flux_sigma_jy.max(f64::MIN_POSITIVE),
@@ -156,8 +245,9 @@ fn coordinates(source: &Source, mode: &Mode) -> [f64; N_COEFFICIENT] {
     ]
 }
 
-/// The mode with `correction` added to the ln L of its samples.
-fn reweighted(mode: &Mode, correction: &[f64]) -> Mode {
+/// The mode with `correction` added to the ln L of its samples; only that of a source sampled alone
+/// says something of its evidence.
+fn reweighted(mode: &Mode, correction: &[f64], is_alone: bool) -> Mode {
     let highest = correction.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let weights = mode.samples.iter().zip(correction);
     let weights: Vec<f64> = weights
@@ -172,11 +262,11 @@ fn reweighted(mode: &Mode, correction: &[f64]) -> Mode {
             ..*sample
         })
         .collect();
-    let log_z = mode.log_z + highest + total.ln();
+    let gain = if is_alone { highest + total.ln() } else { 0.0 };
     Mode {
         best_xy: mode.best_xy,
         is_unfinished: mode.is_unfinished,
         status: mode.status,
-        ..Mode::new(mode.tile, samples, log_z, mode.log_z_err)
+        ..Mode::new(mode.tile, samples, mode.log_z + gain, mode.log_z_err)
     }
 }

@@ -15,7 +15,7 @@ use crate::units::ARCSEC;
 /// Regions explored at a time: enough points for a pass, few enough dead points to hold.
 const IN_FLIGHT: usize = 64;
 /// A sample of less weight than this, of a total of one, is not worth keeping.
-const NO_WEIGHT: f64 = 1e-9;
+pub(super) const NO_WEIGHT: f64 = 1e-9;
 
 /// What a new sampler needs to know.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -213,7 +213,7 @@ fn evaluate(
     Ok(points.iter().zip(&xy).map(log_l).collect())
 }
 
-fn in_region(region: &Region, source: SamplerError) -> DetectError {
+pub(super) fn in_region(region: &Region, source: SamplerError) -> DetectError {
     let centre = region.from_unit(0.5, 0.5);
     DetectError::Sampler {
         l_arcsec: centre.l / ARCSEC,

@@ -21,7 +21,8 @@ pub struct ModeSample {
 pub enum Status {
     /// It is a source.
     Kept,
-    /// Another mode of the same source has the higher local evidence.
+    /// Another mode of the same source has the higher local evidence, or was found later, with
+    /// more of the others removed.
     F1Duplicate,
     /// Below the signal-to-noise or flux cut.
     BelowCut,

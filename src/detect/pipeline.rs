@@ -2,7 +2,9 @@
 
 use super::accept::{Cuts, accept};
 use super::certify::{Certificate, certify};
+use super::density::expected_sources;
 use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore};
+use super::joint::Joined;
 use super::queue::{Queue, Search};
 use super::refine::{Found, Refinement};
 use super::{DetectError, Mode, Observer, Status, Tile};
@@ -56,6 +58,8 @@ pub struct Detection {
     pub n_tile_searched: usize,
     /// What was left out, if tiles were screened.
     pub screening: Option<Screening>,
+    /// Sources to be expected in the field, detectable or not.
+    pub n_expected: f64,
     /// Searches that were stopped before they had the whole evidence of their tile.
     pub n_tile_unfinished: usize,
 }
@@ -83,6 +87,11 @@ pub struct Detected {
     pub snr: f64,
     /// Largest |ln L by all visibilities - ln L by the engine that drew the samples|.
     pub max_dlog_l: f64,
+    /// Sources with the same number were sampled jointly: sample k of one belongs to sample k of
+    /// the others.
+    pub group: usize,
+    /// It is coupled to a source of another group: its errors are those for a fixed neighbour.
+    pub is_conditional: bool,
 }
 
 /// Finds the sources in the data, which are left with all of them removed.
@@ -106,7 +115,6 @@ pub fn detect(
                 break;
             }
             let refinement = refinement(settings, round);
-            refinement.settle(dataset, &mut sources, 0, observer)?;
             let (modes, cuts) = (&mut detection.modes, &settings.cuts);
             refinement.prune(dataset, &mut sources, modes, cuts, observer)?;
             refinement.finish(dataset, &mut sources, observer)?;
@@ -141,7 +149,8 @@ pub fn detect(
             again.for_each(|tile| queue.put_back(tile));
         }
     }
-    let mut certificates = certify(dataset, &mut sources)?;
+    let each: Vec<Vec<usize>> = (0..sources.len()).map(|i| vec![i]).collect();
+    let mut certificates = certify(dataset, &mut sources, &each)?.concat();
     let failed: Vec<usize> = (0..sources.len())
         .filter(|&i| !certificates[i].is_valid)
         .collect();
@@ -152,9 +161,16 @@ pub fn detect(
         );
         let refinement = refinement(settings, MOST_ROUNDS);
         refinement.finish_exactly(dataset, &mut sources, &failed, observer)?;
-        certificates = certify(dataset, &mut sources)?;
+        certificates = certify(dataset, &mut sources, &each)?.concat();
     }
-    detection.sources = detected(sources, &certificates);
+    detection.n_expected = n_expected(dataset, settings, &sources);
+    let joined = if settings.refine {
+        let refinement = refinement(settings, MOST_ROUNDS);
+        refinement.join(dataset, &mut sources, &mut certificates, observer)?
+    } else {
+        Joined::alone(sources.len())
+    };
+    detection.sources = detected(sources, &certificates, &joined);
     detection.n_eval = dataset.n_eval();
     detection.screening = queue.screening();
     Ok(detection)
@@ -174,6 +190,7 @@ fn search(
     let removed: Vec<_> = sources.iter().map(|found| found.mode.mean).collect();
     accept(dataset, &removed, &mut modes, &settings.cuts)?;
     let first = detection.modes.len();
+    drop_repeats(&mut detection.modes, &mut modes, settings.beam_rad);
     for explained_by in modes
         .iter_mut()
         .filter_map(|mode| mode.explained_by.as_mut())
@@ -189,6 +206,43 @@ fn search(
         .modes
         .extend(modes.into_iter().map(Mode::without_samples));
     Ok(())
+}
+
+/// Modes below the cut that another search has found again, within the width of the beam, are
+/// duplicates: the `old` ones, which saw more of the brighter sources, and those of the `new` ones that
+/// are the weaker in an overlap of tiles.
+fn drop_repeats(old: &mut [Mode], new: &mut [Mode], beam_rad: f64) {
+    let first = old.len();
+    let is_open = |mode: &Mode| matches!(mode.status, Status::Kept | Status::BelowCut);
+    let is_near = |a: &Mode, b: &Mode| a.mean.lm.distance(b.mean.lm) < beam_rad;
+    for mode in old.iter_mut().filter(|m| m.status == Status::BelowCut) {
+        let again = new
+            .iter()
+            .position(|other| is_open(other) && is_near(mode, other));
+        if let Some(j) = again {
+            (mode.status, mode.explained_by) = (Status::F1Duplicate, Some(first + j));
+        }
+    }
+    for i in 0..new.len() {
+        let mode = &new[i];
+        let is_stronger = |other: &Mode| {
+            other.tile != mode.tile && (other.snr_peak(), mode.tile) > (mode.snr_peak(), other.tile)
+        };
+        let again = new
+            .iter()
+            .position(|other| is_open(other) && is_stronger(other) && is_near(mode, other));
+        if let (Status::BelowCut, Some(j)) = (mode.status, again) {
+            (new[i].status, new[i].explained_by) = (Status::F1Duplicate, Some(j));
+        }
+    }
+}
+
+/// How many sources there are to be expected, by the evidences of those found: of the modes below the
+/// cut not all are known.
+fn n_expected(dataset: &Dataset, settings: &Settings, sources: &[Found]) -> f64 {
+    let log_z: Vec<f64> = sources.iter().map(|found| found.mode.log_z).collect();
+    let faint = dataset.part_below(settings.cuts.snr, &settings.prior);
+    expected_sources(&log_z, faint)
 }
 
 /// Every mode of the tiles, in order of tiles.
@@ -263,15 +317,18 @@ fn refinement<'a>(settings: &'a Settings, round: usize) -> Refinement<'a> {
 }
 
 /// The sources as they go into the catalogue, brightest first.
-fn detected(sources: Vec<Found>, certificates: &[Certificate]) -> Vec<Detected> {
+fn detected(sources: Vec<Found>, certificates: &[Certificate], joined: &Joined) -> Vec<Detected> {
     let mut detected: Vec<Detected> = sources
         .into_iter()
+        .enumerate()
         .zip(certificates)
-        .map(|(found, certificate)| Detected {
+        .map(|((i, found), certificate)| Detected {
             posterior: found.mode,
             mode: found.origin,
             snr: certificate.snr,
             max_dlog_l: certificate.max_dlog_l,
+            group: joined.group[i],
+            is_conditional: joined.is_conditional[i],
         })
         .collect();
     detected.sort_by(|a, b| {

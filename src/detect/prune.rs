@@ -39,7 +39,7 @@ impl Refinement<'_> {
             };
             let alone = self.sample_without(dataset, sources, i, j, observer)?;
             let mut without = sources.clone();
-            without[j].mode = alone;
+            without[j] = without[j].redrafted(alone);
             without.remove(i);
             if is_explained(dataset, &tested.mode, &without, cuts)? {
                 let mode = &mut modes[tested.origin];

@@ -16,9 +16,6 @@ const EDGE_SIGMAS: f64 = 3.0;
 const WIDER: f64 = 4.0;
 /// Samples of a source that are looked at again when others have changed.
 const N_WITNESS: usize = 8;
-/// A source is sampled again when its ln L has changed so that the change scatters by more than this
-/// over its samples: its posterior would move by as many standard deviations.
-const DISTURBED: f64 = 0.15;
 /// Rounds after which they are taken as they are.
 const MOST_ROUNDS: usize = 12;
 /// Sources nearer than this many widths of the beam are sampled one after the other.
@@ -34,6 +31,8 @@ pub(super) struct Found {
     /// Some of its samples with their exact ln L in the data that they were drawn from; none as long
     /// as it was not sampled with the others removed.
     witnesses: Vec<(Source, f64)>,
+    /// Its posterior is good enough for the catalogue, as long as nothing changes about it.
+    is_full: bool,
     /// How many times larger than usual the region about it is: its posterior reached the edge.
     widening: f64,
 }
@@ -45,7 +44,17 @@ impl Found {
             origin,
             mode,
             witnesses,
+            is_full: false,
             widening: 1.0,
+        }
+    }
+
+    /// The same source with another posterior, which is a draft.
+    pub(super) fn redrafted(&self, mode: Mode) -> Self {
+        Self {
+            mode,
+            is_full: false,
+            ..self.clone()
         }
     }
 
@@ -73,6 +82,15 @@ impl Depth {
         match self {
             Self::Draft => Window::compact(),
             Self::Full | Self::Exact => Window::FULL,
+        }
+    }
+
+    /// A source is sampled again when its ln L has changed so that the change scatters by more than
+    /// this over its samples: its posterior would move by as many standard deviations.
+    fn disturbed(self) -> f64 {
+        match self {
+            Self::Draft => 0.5,
+            Self::Full | Self::Exact => 0.15,
         }
     }
 }
@@ -106,7 +124,8 @@ impl Refinement<'_> {
         self.repeat(dataset, sources, which, Depth::Draft, seed, observer)
     }
 
-    /// Samples every source once more with all the others removed, in full.
+    /// Samples every source in full with all the others removed, unless it was and nothing has changed
+    /// about it since.
     pub(super) fn finish(
         &self,
         dataset: &mut Dataset,
@@ -114,8 +133,10 @@ impl Refinement<'_> {
         observer: &mut dyn Observer,
     ) -> Result<(), DetectError> {
         let seed = stream_seed(self.seed, [2, 0, 0]);
-        let all = (0..sources.len()).collect();
-        self.repeat(dataset, sources, all, Depth::Full, seed, observer)
+        let changed = disturbed(dataset, sources, Depth::Full.disturbed())?;
+        let is_wanted = |i: &usize| !sources[*i].is_full || changed.contains(i);
+        let which = (0..sources.len()).filter(is_wanted).collect();
+        self.repeat(dataset, sources, which, Depth::Full, seed, observer)
     }
 
     /// Rounds over the sources `which` and all that others disturb, until nothing has changed
@@ -132,7 +153,7 @@ impl Refinement<'_> {
         for round in 0..MOST_ROUNDS {
             let seed = stream_seed(seed, [round as u64, 0, 0]);
             self.round(dataset, sources, &which, depth, seed, observer)?;
-            which = disturbed(dataset, sources)?;
+            which = disturbed(dataset, sources, depth.disturbed())?;
             let is_cut_off = |i: &usize| sources[*i].widening > 1.0 && !which.contains(i);
             let cut_off: Vec<usize> = (0..sources.len()).filter(is_cut_off).collect();
             which.extend(cut_off);
@@ -194,6 +215,7 @@ impl Refinement<'_> {
             let mut note = |explored: Explored| {
                 let found = &mut sources[group[explored.index]];
                 found.mode = self.refined(&found.mode, &explored);
+                found.is_full = depth != Depth::Draft;
                 found.widening = if self.is_cut_off(&found.mode, &explored.region) {
                     WIDER * found.widening
                 } else {
@@ -243,7 +265,7 @@ impl Refinement<'_> {
 
     /// Does the posterior end at an edge of `region` that is none of the field? The source lay
     /// elsewhere when its neighbours were not yet known.
-    fn is_cut_off(&self, mode: &Mode, region: &Region) -> bool {
+    pub(super) fn is_cut_off(&self, mode: &Mode, region: &Region) -> bool {
         let reach = EDGE_SIGMAS * mode.position_sigma_rad;
         let least = self.beam_rad / mode.snr_peak().max(1.0);
         region.distance_to_edge(mode.mean.lm) < reach.max(least)
@@ -302,8 +324,12 @@ fn call_witnesses(
 }
 
 /// The sources about which the data have changed since they were sampled: so much that their
-/// posterior would move. They are left out of the data.
-fn disturbed(dataset: &mut Dataset, sources: &[Found]) -> Result<Vec<usize>, DetectError> {
+/// ln L scatters by more than `limit`. They are left out of the data.
+fn disturbed(
+    dataset: &mut Dataset,
+    sources: &[Found],
+    limit: f64,
+) -> Result<Vec<usize>, DetectError> {
     dataset.set_removed(means(sources));
     let requests: Vec<Request> = sources
         .iter()
@@ -315,7 +341,7 @@ fn disturbed(dataset: &mut Dataset, sources: &[Found]) -> Result<Vec<usize>, Det
         let change: Vec<f64> = witnesses
             .map(|((source, log_l), xy)| xy.log_l(source.flux_jy) - log_l)
             .collect();
-        scatter(&change) > DISTURBED
+        scatter(&change) > limit
     };
     Ok((0..sources.len()).filter(is_disturbed).collect())
 }

@@ -2,7 +2,7 @@
 
 use super::matching::{Place, cross_match, match_radius_rad};
 use super::{Matched, place};
-use crate::catalogue::{FoundCatalogue, FoundMode, FoundRow, p_source};
+use crate::catalogue::{FoundCatalogue, FoundMode, FoundRow};
 use crate::coords::RaDec;
 use crate::detect::Status;
 use crate::units::MICROJY;
@@ -127,7 +127,6 @@ fn of_modes(found: &FoundCatalogue, modes: &[FoundMode]) -> Vec<Seen> {
             position: mode.position,
             radius_rad: match_radius_rad(sigma_rad, sigma_rad),
         };
-        let p_of_mode = || p_source(mode.log_z, found.rows.len());
         Some(Seen {
             place: row.map_or(own_place, place),
             is_kept,
@@ -135,7 +134,7 @@ fn of_modes(found: &FoundCatalogue, modes: &[FoundMode]) -> Vec<Seen> {
                 snr: mode.snr_peak,
                 flux_ujy: current(mode.flux_jy / MICROJY),
                 log_z: current(mode.log_z),
-                p_source: current(row.map_or_else(p_of_mode, |row| row.p_source)),
+                p_source: current(row.map_or(mode.p_source, |row| row.p_source)),
                 truth: None,
             },
         })

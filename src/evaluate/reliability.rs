@@ -23,9 +23,8 @@ pub struct ReliabilityBin {
 
 /// The reliability diagram of the modes; of the rows where there are no modes.
 ///
-/// Modes that were not kept have the probability that follows from their evidence, with as many
-/// sources expected as rows were found. Those that a brighter source explains are left out: their
-/// evidence is from before it was subtracted. Empty if nothing has a probability.
+/// Modes that a brighter source explains are left out: their evidence is from before it was subtracted.
+/// Empty if nothing has a probability.
 pub(super) fn report(candidates: &Candidates) -> Vec<ReliabilityBin> {
     let known = |c: &&Candidate| !c.p_source.is_nan();
     let known: Vec<&Candidate> = candidates.list.iter().filter(known).collect();

@@ -31,6 +31,16 @@ impl VisBlock {
         }
     }
 
+    /// Becomes the same as `other`, in the room that it has.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.u.clone_from(&other.u);
+        self.v.clone_from(&other.v);
+        self.w.clone_from(&other.w);
+        self.weighted_re.clone_from(&other.weighted_re);
+        self.weighted_im.clone_from(&other.weighted_im);
+        self.weight.clone_from(&other.weight);
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.weight.len()

@@ -11,6 +11,7 @@
 
 mod builder;
 mod cells;
+mod cross;
 mod evaluate;
 mod fill;
 mod lanes;
@@ -24,6 +25,7 @@ mod term;
 mod turns;
 
 pub use builder::{FacetBuilder, FacetWeights};
+pub use cross::{CrossBuilder, CrossFacet};
 pub use map::FacetMap;
 pub use plan::{FacetError, FacetNeeds, FacetPlan, Reach, W_TERM_MAX};
 
@@ -68,11 +70,9 @@ impl Facet {
     /// A source's sums do not depend on the others. The region's upper edges are served too.
     ///
     /// # Precision
-    /// Against the exact engine over the whole prior, beside sources of SNR 140 inside and outside,
-    /// on SKA1-MID: X within 2e-4 sqrt(Y) at the phase centre; 0.5 degrees from it, where w moves
-    /// (u, v) by more than a first order holds, within 2e-3 sqrt(Y), 6e-3 for the longest disks;
-    /// Y within 2e-6. So ln L is within 1e-4 SNR²/2 + 0.01 except for faint models of long disks,
-    /// far out, beside a bright source: 4 times that at worst.
+    /// Against the exact engine over the whole prior of the paper, to 0.7 degrees from the phase centre,
+    /// beside sources of SNR 140 inside and outside, on SKA1-MID: ln L is within a quarter of
+    /// 1e-4 SNR²/2 + 0.01.
     ///
     /// # Not valid when
     /// The source lies outside of the region, or its major axis is longer than the plan's: then the

@@ -48,6 +48,30 @@ impl EllipticityPrior {
         (i as f64 - 1.0 + t) * step
     }
 
+    /// Cumulative probability of |e|: the inverse of [`EllipticityPrior::quantile`].
+    fn probability(&self, e: f64) -> f64 {
+        let place = e / self.e_max * (N_TABLE - 1) as f64;
+        let i = (place as usize + 1).clamp(1, N_TABLE - 1);
+        let t = (place - (i as f64 - 1.0)).clamp(0.0, 1.0);
+        let t = if i == 1 { t * t } else { t };
+        self.cdf[i - 1] + t * (self.cdf[i] - self.cdf[i - 1])
+    }
+
+    /// The point of the unit square: the inverse of [`EllipticityPrior::from_unit`].
+    pub fn to_unit(&self, e: Ellipticity) -> [f64; 2] {
+        let radius = self.probability(e.modulus()).sqrt();
+        let (x, y) = if e.e1.abs() > e.e2.abs() {
+            let x = radius * e.e1.signum();
+            (x, x * (e.e2 / e.e1).atan() / FRAC_PI_4)
+        } else if e.e2 == 0.0 {
+            (0.0, 0.0)
+        } else {
+            let y = radius * e.e2.signum();
+            (y * (e.e1 / e.e2).atan() / FRAC_PI_4, y)
+        };
+        [0.5 * (x + 1.0), 0.5 * (y + 1.0)]
+    }
+
     /// Ellipticity at (u, v) of the unit square.
     ///
     /// The square is first mapped onto the disc by the concentric map of Shirley & Chiu (1997),
@@ -120,6 +144,17 @@ mod tests {
         let total = f64::from(n * n);
         assert!((e1 / total).abs() < 1e-3 && (e2 / total).abs() < 1e-3);
         assert!((f64::from(below) / total - 0.5).abs() < 5e-3);
+    }
+
+    #[test]
+    fn the_way_back_leads_to_the_start() {
+        let prior = cosmos();
+        for u in [0.0, 0.1, 0.3, 0.499, 0.5, 0.501, 0.9, 1.0] {
+            for v in [0.0, 0.2, 0.4, 0.5, 0.51, 0.7, 1.0] {
+                let [x, y] = prior.to_unit(prior.from_unit(u, v));
+                assert!((x - u).hypot(y - v) < 1e-6, "({u}, {v}): ({x}, {y})");
+            }
+        }
     }
 
     #[test]

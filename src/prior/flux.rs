@@ -28,6 +28,16 @@ impl FluxPrior {
         self.low_jy * (1.0 + u * (ratio.powf(g) - 1.0)).powf(1.0 / g)
     }
 
+    /// The cumulative distribution: the inverse of [`FluxPrior::from_unit`].
+    pub fn to_unit(&self, flux_jy: f64) -> f64 {
+        let g = self.index + 1.0;
+        let (ratio, above) = (self.high_jy / self.low_jy, flux_jy / self.low_jy);
+        if g.abs() < 1e-9 {
+            return above.ln() / ratio.ln();
+        }
+        (above.powf(g) - 1.0) / (ratio.powf(g) - 1.0)
+    }
+
     /// Mean flux density [Jy], by the mid-point rule over the unit interval.
     pub fn mean_jy(&self) -> f64 {
         let n = 10_000;
@@ -54,6 +64,20 @@ mod tests {
         // Closed form: (10^-0.34 + 200^-0.34)/2 to the power -1/0.34.
         let median = f64::midpoint(10f64.powf(-0.34), 200f64.powf(-0.34)).powf(-1.0 / 0.34);
         assert!((prior.from_unit(0.5) * 1e6 - median).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_way_back_leads_to_the_start() {
+        for index in [-1.34, -1.0, 0.5] {
+            let prior = FluxPrior {
+                low_jy: 10e-6,
+                high_jy: 200e-6,
+                index,
+            };
+            for u in [0.0, 0.1, 0.7, 1.0] {
+                assert!((prior.to_unit(prior.from_unit(u)) - u).abs() < 1e-12);
+            }
+        }
     }
 
     #[test]

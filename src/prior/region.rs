@@ -75,6 +75,14 @@ impl Region {
         }
     }
 
+    /// The point of the unit square that is `lm`: the inverse of [`Region::from_unit`].
+    pub fn to_unit(&self, lm: Lm) -> [f64; 2] {
+        [
+            (lm.l - self.low.l) / (self.high.l - self.low.l),
+            (lm.m - self.low.m) / (self.high.m - self.low.m),
+        ]
+    }
+
     /// Area [sr, in direction cosines].
     pub fn area(&self) -> f64 {
         (self.high.l - self.low.l) * (self.high.m - self.low.m)

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::normal;
 use crate::units::{ARCSEC, MICROJY};
 
 /// How the median scale-length depends on the flux density.
@@ -37,28 +38,54 @@ pub struct ScalePrior {
 impl ScalePrior {
     /// Inverse of the cumulative distribution at flux density `flux_jy`; [rad].
     pub fn from_unit(&self, u: f64, flux_jy: f64) -> f64 {
-        let mean_log = self.intercept + self.slope * (flux_jy / MICROJY).ln();
-        let z = |rad: f64| ((rad / ARCSEC).ln() - mean_log) / self.sigma_log;
-        let (z_low, z_high) = (z(self.low_rad), z(self.high_rad));
-        // Work in the tail that keeps its digits: both ends may lie far above the mean.
-        let z = if z_low > 0.0 {
-            let (q_low, q_high) = (normal_cdf(-z_low), normal_cdf(-z_high));
-            -normal_quantile(q_low + u * (q_high - q_low))
-        } else {
-            let (p_low, p_high) = (normal_cdf(z_low), normal_cdf(z_high));
-            normal_quantile(p_low + u * (p_high - p_low))
-        };
-        let alpha = (mean_log + self.sigma_log * z).exp() * ARCSEC;
+        let tail = Tail::new(self, flux_jy);
+        let alpha = (self.log_median(flux_jy) + self.sigma_log * tail.z(u)).exp() * ARCSEC;
         alpha.clamp(self.low_rad, self.high_rad)
+    }
+
+    /// The cumulative distribution at flux density `flux_jy`: the inverse of
+    /// [`ScalePrior::from_unit`].
+    pub fn to_unit(&self, scale_rad: f64, flux_jy: f64) -> f64 {
+        Tail::new(self, flux_jy).unit(self.z(scale_rad, flux_jy))
+    }
+
+    /// ln of the median [arcsec], were there no ends.
+    fn log_median(&self, flux_jy: f64) -> f64 {
+        self.intercept + self.slope * (flux_jy / MICROJY).ln()
+    }
+
+    /// Standard deviations above the median.
+    fn z(&self, scale_rad: f64, flux_jy: f64) -> f64 {
+        ((scale_rad / ARCSEC).ln() - self.log_median(flux_jy)) / self.sigma_log
     }
 }
 
-fn normal_cdf(z: f64) -> f64 {
-    puruspe::erfc(-z / std::f64::consts::SQRT_2) / 2.0
+/// The part of a normal distribution between two ends, by the tail that keeps its digits: both ends
+/// may lie far above the mean.
+struct Tail {
+    /// Probabilities below the ends or, if the ends lie above the mean, above them.
+    ends: [f64; 2],
+    is_upper: bool,
 }
 
-fn normal_quantile(p: f64) -> f64 {
-    -std::f64::consts::SQRT_2 * puruspe::inverfc(2.0 * p)
+impl Tail {
+    fn new(prior: &ScalePrior, flux_jy: f64) -> Self {
+        let ends = [prior.low_rad, prior.high_rad].map(|rad| prior.z(rad, flux_jy));
+        let is_upper = ends[0] > 0.0;
+        let ends = ends.map(|z| normal::cdf(if is_upper { -z } else { z }));
+        Self { ends, is_upper }
+    }
+
+    fn z(&self, u: f64) -> f64 {
+        let [low, high] = self.ends;
+        let z = normal::quantile(low + u * (high - low));
+        if self.is_upper { -z } else { z }
+    }
+
+    fn unit(&self, z: f64) -> f64 {
+        let [low, high] = self.ends;
+        (normal::cdf(if self.is_upper { -z } else { z }) - low) / (high - low)
+    }
 }
 
 #[cfg(test)]
@@ -101,6 +128,10 @@ mod tests {
                 .map(|i| prior.from_unit(f64::from(i) / 100.0, 20e-6))
                 .collect();
             assert!(values.windows(2).all(|w| w[0] <= w[1]));
+            for (i, value) in values.iter().enumerate() {
+                let u = prior.to_unit(*value, 20e-6);
+                assert!((u - i as f64 / 100.0).abs() < 1e-6, "{u} {i}");
+            }
         }
     }
 }

@@ -1,5 +1,7 @@
 //! What a run found, as rows of the catalogue.
 
+use std::collections::BTreeMap;
+
 use vis2cat_formats::WriteError;
 
 use crate::catalogue::{
@@ -9,7 +11,7 @@ use crate::catalogue::{
 use crate::config::Config;
 use crate::coords::{IcrsCentre, RaDec};
 use crate::dataset::Dataset;
-use crate::detect::{Detected, Detection, Mode, Settings};
+use crate::detect::{Detected, Detection, Mode, Settings, Status, p_source};
 use crate::simulate::format_utc;
 use crate::units::{ARCSEC, MICROJY};
 
@@ -52,8 +54,13 @@ impl Outcome {
             run: run_entries(config, digest, dataset, settings, detection),
             summary: String::new(),
         };
+        // The number of a group is that of its brightest member.
+        let mut groups = BTreeMap::new();
         for detected in &detection.sources {
-            outcome.push(config, settings, frame, detected, detection.sources.len());
+            let source_id = outcome.sources.len() as i64 + 1;
+            let group_id = *groups.entry(detected.group).or_insert(source_id);
+            let n_expected = detection.n_expected;
+            outcome.push(config, settings, frame, detected, group_id, n_expected);
         }
         outcome.modes = modes(&outcome.sources, detection, frame);
         outcome.summary = outcome.summarise(dataset, detection);
@@ -79,7 +86,8 @@ impl Outcome {
         settings: &Settings,
         frame: IcrsCentre,
         detected: &Detected,
-        n_source: usize,
+        group_id: i64,
+        n_expected: f64,
     ) {
         let mode = &detected.posterior;
         let samples: Vec<WeightedSample> = mode
@@ -101,9 +109,9 @@ impl Outcome {
         self.sources.push(SourceRow {
             name: catalogue::source_name(&config.acronym, summary.position),
             source_id,
-            group_id: source_id,
+            group_id,
             mode_id,
-            flags: flags(settings, mode, summary.flags()),
+            flags: flags(settings, detected, summary.flags()),
             posterior: summary,
             snr: detected.snr,
             snr_peak: mode.snr_peak(),
@@ -111,7 +119,7 @@ impl Outcome {
                 mean: mode.log_z,
                 err: mode.log_z_err,
             },
-            p_source: catalogue::p_source(mode.log_z, n_source),
+            p_source: p_source(mode.log_z, n_expected),
             max_dlog_l: detected.max_dlog_l,
             post_row: self.posterior.len() as i64,
             post_n: rows.len() as i64,
@@ -133,12 +141,16 @@ impl Outcome {
     }
 }
 
-fn flags(settings: &Settings, mode: &Mode, mut flags: Flags) -> Flags {
+fn flags(settings: &Settings, detected: &Detected, mut flags: Flags) -> Flags {
+    let mode = &detected.posterior;
     if settings.field.distance_to_edge(mode.mean.lm) < 3.0 * mode.position_sigma_rad {
         flags = flags.with(Flags::AT_BORDER);
     }
     if mode.is_unfinished {
         flags = flags.with(Flags::UNFINISHED);
+    }
+    if detected.is_conditional {
+        flags = flags.with(Flags::CONDITIONAL);
     }
     let flux = &settings.prior.flux;
     let (below, above) = (
@@ -168,6 +180,15 @@ fn modes(sources: &[SourceRow], detection: &Detection, frame: IcrsCentre) -> Vec
     let row = |(i, mode): (usize, &Mode)| {
         let mean = frame.turn(&mode.mean);
         let mode_id = i as i64;
+        let source_id = source_of(i, sources, detection);
+        let p_source = match mode.status {
+            Status::Kept => sources
+                .iter()
+                .find(|s| s.mode_id == mode_id)
+                .map(|s| s.p_source),
+            Status::BelowCut => Some(p_source(mode.log_z, detection.n_expected)),
+            _ => None,
+        };
         ModeRow {
             mode_id,
             tile_id: mode.tile as i64,
@@ -184,10 +205,11 @@ fn modes(sources: &[SourceRow], detection: &Detection, frame: IcrsCentre) -> Vec
                 mean: mode.log_z,
                 err: mode.log_z_err,
             },
+            p_source: p_source.unwrap_or(f64::NAN),
             n_samples: mode.n_sample as i64,
             n_eff: mode.n_eff,
             status: mode.status,
-            source_id: source_of(i, sources, detection),
+            source_id,
         }
     };
     detection.modes.iter().enumerate().map(row).collect()
@@ -302,6 +324,11 @@ fn run_entries(
             "over all rounds",
         ),
         RunEntry::new("search.n_source", detection.sources.len(), "sources"),
+        RunEntry::new(
+            "search.n_expected",
+            detection.n_expected,
+            "sources in the field by the evidences of those found, detectable or not",
+        ),
     ];
     entries.extend(detection.log_z.iter().enumerate().map(|(round, log_z)| {
         let key = format!("search.log_z.{}", round + 1);

@@ -33,7 +33,7 @@ impl Component {
     /// of F² over them.
     ///
     /// # Formula
-    /// `V = S F(u, v) exp(+2πi (u l + v m + w (n - 1)))`, see [`vis2cat_formats`]. Phase and the
+    /// That of [`crate::rime::predict`]. Phase and the
     /// square root of q grow with the frequency, so both are worked out once a baseline.
     pub(super) fn add_to(
         &self,
@@ -44,7 +44,8 @@ impl Component {
         let [u_s, v_s, w_s] = uvw_m.map(|metres| metres / SPEED_OF_LIGHT);
         let lm = self.source.lm;
         let delay_s = u_s * lm.l + v_s * lm.m + w_s * lm.n_minus_1();
-        let q_s2 = self.form.at(u_s, v_s);
+        let [u_seen_s, v_seen_s] = lm.uv_seen(u_s, v_s, w_s);
+        let q_s2 = self.form.at(u_seen_s, v_seen_s);
         let mut sum_f2 = 0.0;
         for (vis_jy, &freq_hz) in vis_jy_f.iter_mut().zip(freq_hz_f) {
             let factor = self.shape.factor(q_s2 * freq_hz * freq_hz);
@@ -78,6 +79,9 @@ mod tests {
 
     /// The formulas of the method, letter by letter, in wavelengths.
     fn by_definition(s: &Source, profile: Profile, u: f64, v: f64, w: f64) -> Complex<f64> {
+        let n = (1.0 - s.lm.l.powi(2) - s.lm.m.powi(2)).sqrt();
+        let phase = TAU * (u * s.lm.l + v * s.lm.m + w * (n - 1.0));
+        let (u, v) = (u - w * s.lm.l / n, v - w * s.lm.m / n);
         let (e1, e2) = (s.e.e1, s.e.e2);
         let det = 1.0 - e1 * e1 - e2 * e2;
         let k1 = ((1.0 + e1) * u + e2 * v) / det;
@@ -88,8 +92,6 @@ mod tests {
             Profile::Gaussian => (-2.0 * PI * PI * s.scale_rad.powi(2) * k2_sum).exp(),
             Profile::Point => 1.0,
         };
-        let n = (1.0 - s.lm.l.powi(2) - s.lm.m.powi(2)).sqrt();
-        let phase = TAU * (u * s.lm.l + v * s.lm.m + w * (n - 1.0));
         Complex::from_polar(s.flux_jy * factor, phase)
     }
 

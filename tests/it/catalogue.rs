@@ -145,6 +145,7 @@ fn mode(mode_id: i64, status: Status, source_id: Option<i64>) -> ModeRow {
         snr: 4.0,
         snr_peak: 4.5,
         log_z: Estimate::MISSING,
+        p_source: f64::NAN,
         n_samples: 400,
         n_eff: 120.0,
         status,

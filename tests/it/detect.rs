@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use nalgebra::DMatrix;
 use vis2cat::catalogue::{CatalogueSource, read_sources};
 use vis2cat::config::{Config, Engine, NoiseSource};
 use vis2cat::coords::{Lm, RaDec};
@@ -268,6 +269,34 @@ fn without_screening_the_same_is_found_and_every_other_mode_has_a_reason() {
     assert_eq!(status.iter().filter(|s| *s == "kept").count(), 1);
 }
 
+/// Sixteen tiles of 15 arcsec; each galaxy stands where two or four of them meet.
+#[test]
+fn sources_on_borders_and_corners_of_tiles_are_found_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let places = [(0.0, 0.0), (15.0, 7.5), (-7.5, -15.0), (-15.0, 15.0)];
+    let row = |(l_arcsec, m_arcsec): (f64, f64)| {
+        let ra_deg = 53.1 + l_arcsec / 3600.0 / 30f64.to_radians().cos();
+        format!("{ra_deg},{},300,1.5,0.1,-0.2\n", 30.0 + m_arcsec / 3600.0)
+    };
+    let rows: String = places.into_iter().map(row).collect();
+    let sky = format!("RA,DEC,Total_flux,Scale_length,E1,E2\n{rows}");
+    let (data, out) = (
+        simulate(folder.path(), &sky),
+        folder.path().join("out.fits"),
+    );
+    let truth = read_sources(&folder.path().join("truth.fits")).unwrap();
+    for more in ["", "--no-screening"] {
+        let command = format!(
+            "{} {} --fov 1arcmin --tiles 16 --n-live 60 --flux 50uJy:1mJy --overwrite {more}",
+            data.display(),
+            out.display()
+        );
+        vis2cat_ok(command.split_whitespace());
+        let pull = largest_pull(&read_table(&out, None).unwrap(), &truth);
+        assert!(pull < LARGEST_PULL, "{pull} {more}");
+    }
+}
+
 #[test]
 fn facets_find_the_same_on_any_number_of_threads() {
     let run = searched();
@@ -316,7 +345,7 @@ fn a_galaxy_among_sidelobes_is_not_split_in_two() {
     let (truth, out) = (in_folder("truth.fits"), in_folder("out.fits"));
     std::fs::write(&list, SNAPSHOT).unwrap();
     let simulate = format!(
-        "simulate {data} --array meerkat --hours 0.2 --tint 60s --seed 4 --catalogue {list} --truth {truth}"
+        "simulate {data} --array meerkat --hours 0.2 --tint 60s --seed 1 --catalogue {list} --truth {truth}"
     );
     vis2cat_ok(simulate.split_whitespace());
     let search = format!("{data} {out} --fov 2arcmin --flux 200uJy:5mJy");
@@ -351,6 +380,108 @@ fn bright_neighbours_end_up_where_they_are() {
     let truth = read_sources(Path::new(&truth)).unwrap();
     let pull = largest_pull(&read_table(Path::new(&out), None).unwrap(), &truth);
     assert!(pull < LARGEST_PULL, "{pull}");
+}
+
+/// Two equal galaxies that an array sees as one by most of its baselines, and a faint one beside one
+/// twenty times as bright.
+const EQUAL: &str = "\
+RA,DEC,Total_flux,Scale_length,E1,E2
+53.1183173,-30.325,30,0.8,0.2,0.1
+53.1192827,-30.325,30,0.7,-0.1,0.15
+";
+const UNEQUAL: &str = "\
+RA,DEC,Total_flux,Scale_length,E1,E2
+53.1188,-30.325,200,2.3,0.2,0.1
+53.12202,-30.325,10,0.8,-0.1,0.15
+";
+
+/// Parameters of samples in `POSTERIOR`.
+const PARAMETERS: [&str; 6] = ["ra", "dec", "flux", "scale", "e1", "e2"];
+/// Pulls of sources that were sampled jointly.
+const LARGEST_JOINT_PULL: f64 = 4.0;
+
+/// Simulates and searches a pair of galaxies; both must be found, as one group with honest errors.
+/// Returns the covariance of the parameters of both, axes (source, parameter).
+fn joint_covariance(folder: &Path, sky: &str, simulation: &str, search: &str) -> DMatrix<f64> {
+    let in_folder = |name: &str| folder.join(name).display().to_string();
+    let (list, data) = (in_folder("sky.csv"), in_folder("field.uvfits"));
+    let (truth, out) = (in_folder("truth.fits"), in_folder("out.fits"));
+    std::fs::write(&list, sky).unwrap();
+    let simulate = format!(
+        "simulate {data} --ra 53.1188deg --dec -30.325deg --catalogue {list} --truth {truth} {simulation}"
+    );
+    vis2cat_ok(simulate.split_whitespace());
+    vis2cat_ok(format!("{data} {out} {search}").split_whitespace());
+    let rows = read_table(Path::new(&out), None).unwrap();
+    let pull = largest_pull(&rows, &read_sources(Path::new(&truth)).unwrap());
+    assert!(pull < LARGEST_JOINT_PULL, "{pull}");
+    assert_eq!(column(&rows, "Group_id"), [1.0, 1.0]);
+    let samples = read_table(&folder.join("out.posterior.fits"), None).unwrap();
+    let n = column(&rows, "Post_n")[0] as usize;
+    assert_eq!(column(&rows, "Post_n")[1] as usize, n);
+    let weight = column(&samples, "weight");
+    assert!(weight[..n] == weight[n..], "one weight a joint draw");
+    let values: Vec<Vec<f64>> = PARAMETERS.iter().map(|p| column(&samples, p)).collect();
+    let value = |k: usize, d: usize| values[d % 6][k + d / 6 * n];
+    let mean: Vec<f64> = (0..12)
+        .map(|d| (0..n).map(|k| weight[k] * value(k, d)).sum())
+        .collect();
+    let offset = |k: usize, d: usize| value(k, d) - mean[d];
+    let covariance = |i, j| -> f64 {
+        (0..n)
+            .map(|k| weight[k] * offset(k, i) * offset(k, j))
+            .sum()
+    };
+    DMatrix::from_fn(12, 12, covariance)
+}
+
+/// Error of parameter `d` with all of the other source left free, over that for fixed values.
+fn growth(covariance: &DMatrix<f64>, d: usize) -> f64 {
+    let (own, other) = (d / 6 * 6, 6 - d / 6 * 6);
+    let block = |i: usize, j: usize| covariance.view((i, j), (6, 6)).into_owned();
+    let fixed = block(other, other).try_inverse().unwrap();
+    let conditional = block(own, own) - block(own, other) * fixed * block(other, own);
+    (covariance[(d, d)] / conditional[(d % 6, d % 6)]).sqrt()
+}
+
+/// What one galaxy loses the other gains: their flux densities are anticorrelated, and all errors
+/// grow when neither is held fixed.
+#[test]
+fn overlapping_galaxies_are_sampled_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let simulation = "--array vla-a --tint 1h --sefd 30Jy";
+    let search = "--fov 30arcsec --flux 5uJy:500uJy --threads 2";
+    let covariance = joint_covariance(folder.path(), EQUAL, simulation, search);
+    let flux = |i: usize, j: usize| covariance[(6 * i + 2, 6 * j + 2)];
+    let correlation = flux(0, 1) / (flux(0, 0) * flux(1, 1)).sqrt();
+    assert!(correlation < -0.5, "{correlation}");
+    assert!(growth(&covariance, 2) > 1.3 && growth(&covariance, 8) > 1.3);
+    assert!((0..12).all(|d| growth(&covariance, d) >= 1.0));
+    // The same on one thread.
+    let (data, out) = (
+        folder.path().join("field.uvfits"),
+        folder.path().join("one.fits"),
+    );
+    let search = search.replace("--threads 2", "--threads 1");
+    vis2cat_ok(format!("{} {} {search}", data.display(), out.display()).split_whitespace());
+    let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(bytes("out.posterior.fits") == bytes("one.posterior.fits"));
+}
+
+/// By facets: the faint galaxy is what the long baselines see of the two.
+#[test]
+fn a_faint_galaxy_beside_a_bright_one_is_sampled_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let simulation = "--array ska1-mid --tint 2h --sefd 150Jy";
+    let search = "--fov 1arcmin --flux 3uJy:500uJy --engine facet";
+    let covariance = joint_covariance(folder.path(), UNEQUAL, simulation, search);
+    let flux = |i: usize, j: usize| covariance[(6 * i + 2, 6 * j + 2)];
+    assert!(flux(0, 1) < 0.0, "brightest first");
+    assert!(growth(&covariance, 8) > 1.05);
+    let rows = read_table(&folder.path().join("out.fits"), None).unwrap();
+    // Certified together, and drawn from something that is not the exact likelihood.
+    let off = column(&rows, "Max_dlogL");
+    assert!(off[0] == off[1] && off[0] > 0.0 && off[0] < 5.0, "{off:?}");
 }
 
 #[test]

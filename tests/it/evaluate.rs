@@ -6,11 +6,10 @@ use std::process::Command;
 use serde_json::Value;
 use vis2cat::catalogue::{
     CatalogueHeader, CataloguePaths, CatalogueSource, Estimate, Flags, ModeRow, PriorRange,
-    SourceRow, WeightedSample, p_source, posterior_rows, source_name, summarise, write,
-    write_truth,
+    SourceRow, WeightedSample, posterior_rows, source_name, summarise, write, write_truth,
 };
 use vis2cat::coords::{Lm, RaDec};
-use vis2cat::detect::Status;
+use vis2cat::detect::{Status, p_source};
 use vis2cat::rime::Source;
 use vis2cat::rime::shape::{Ellipticity, Profile};
 use vis2cat::units::{ARCSEC, DEG, MICROJY};
@@ -301,6 +300,7 @@ fn mode(lm: Lm, snr_peak: f64, log_z: f64, status: Status, source_id: Option<i64
             mean: log_z,
             err: 0.1,
         },
+        p_source: p_source(log_z, 3.0),
         n_samples: 100,
         n_eff: 50.0,
         status,
@@ -438,11 +438,11 @@ fn modes_samples_and_field_of_a_fits_catalogue_count() {
     );
     close(&curve["area"], 5.0 / 6.0);
 
-    // P: 0.99 of three rows, two true; by the evidence of two modes.
+    // P: 0.99 of three rows, two true, and what two modes say.
     let bins = e["reliability"].as_array().unwrap();
     assert_eq!(parts(&bins[9]["is_true"]), (3, 4));
-    close(&bins[9]["mean_p"], 0.25 * (3.0 * 0.99 + p_source(3.0, 3)));
-    let p_noise = p_source(-1.0, 3);
+    close(&bins[9]["mean_p"], 0.25 * (3.0 * 0.99 + p_source(3.0, 3.0)));
+    let p_noise = p_source(-1.0, 3.0);
     assert!((0.5..0.6).contains(&p_noise));
     close(&bins[5]["mean_p"], p_noise);
     assert_eq!(parts(&bins[5]["is_true"]), (0, 1));

@@ -9,7 +9,7 @@ use crate::units::{ARCSEC, DEG, MICROJY};
 pub(in crate::catalogue) const CATALOGUE: &[ColumnDef<SourceRow>] = &[
     plain("Source_name", "meta.id;meta.main", "IAU name, coordinates truncated", Get::Text(|r| &r.name)),
     plain("Source_id", "meta.id", "number of the source in this catalogue", Get::Int(|r| r.source_id)),
-    plain("Group_id", "meta.id.parent", "sources with one number were sampled jointly", Get::Int(|r| r.group_id)),
+    plain("Group_id", "meta.id.parent", "Source_id of the brightest that it was sampled jointly with", Get::Int(|r| r.group_id)),
     real("RA", "deg", "pos.eq.ra;meta.main", "right ascension, ICRS, posterior mean", |r| r.posterior.position.ra_rad / DEG),
     real("DEC", "deg", "pos.eq.dec;meta.main", "declination, ICRS, posterior mean", |r| r.posterior.position.dec_rad / DEG),
     real("E_RA", "arcsec", "stat.error;pos.eq.ra", "1 sigma towards east on the sky, includes cos(dec)", |r| r.posterior.e_ra_rad / ARCSEC),
@@ -36,7 +36,7 @@ pub(in crate::catalogue) const CATALOGUE: &[ColumnDef<SourceRow>] = &[
     real("E_PA", "deg", "stat.error;pos.posAng", "circular standard deviation of PA", |r| r.posterior.pa_rad.err / DEG),
     real("SNR", "", "stat.snr", "S sqrt(Y) in the visibilities, posterior mean", |r| r.snr),
     real("SNR_peak", "", "stat.snr;stat.max", "X / sqrt(Y) at the best sample", |r| r.snr_peak),
-    real("Log_Z", "", "stat.likelihood", "local log evidence against no source", |r| r.log_z.mean),
+    real("Log_Z", "", "stat.likelihood", "local log evidence against no source, others removed", |r| r.log_z.mean),
     real("E_Log_Z", "", "stat.error", "1 sigma of Log_Z", |r| r.log_z.err),
     real("P_source", "", "stat.probability;src", "probability that this is a source", |r| r.p_source),
     real("N_eff", "", "meta.number", "effective number of samples", |r| r.posterior.n_eff),

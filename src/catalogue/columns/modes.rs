@@ -20,6 +20,7 @@ pub(in crate::catalogue) const MODES: &[ColumnDef<ModeRow>] = &[
     real("SNR_peak", "", "stat.snr;stat.max", "X / sqrt(Y) at the best sample", |r| r.snr_peak),
     real("Log_Z", "", "stat.likelihood", "local log evidence against no source", |r| r.log_z.mean),
     real("E_Log_Z", "", "stat.error", "1 sigma of Log_Z", |r| r.log_z.err),
+    real("P_source", "", "stat.probability;src", "probability that this is a source, if it is kept or below the cut", |r| r.p_source),
     plain("N_samples", "meta.number", "number of samples", Get::Int(|r| r.n_samples)),
     real("N_eff", "", "meta.number", "effective number of samples", |r| r.n_eff),
     plain("Status", "meta.code.status", "kept, or why it was dropped", Get::Text(|r| r.status.as_str())),

@@ -10,7 +10,7 @@ pub(in crate::catalogue) const POSTERIOR: &[ColumnDef<PosteriorRow>] = &[
     plain("Source_id", "meta.id", "number of the source in CATALOGUE", Get::Int(|r| r.source_id)),
     plain("Mode_id", "meta.id.assoc", "number of the mode in MODES", Get::Int(|r| r.mode_id)),
     real("weight", "", "stat.weight", "posterior weight, sums to 1 over a source", |r| r.weight),
-    real("log_l", "", "stat.likelihood", "ln L - ln L0", |r| r.log_l),
+    real("log_l", "", "stat.likelihood", "ln L - ln L0, of all members of a group", |r| r.log_l),
     real("ra", "deg", "pos.eq.ra", "right ascension, ICRS", |r| r.position.ra_rad / DEG),
     real("dec", "deg", "pos.eq.dec", "declination, ICRS", |r| r.position.dec_rad / DEG),
     real("l", "rad", "pos.cartesian.x", "direction cosine l, east of the phase centre", |r| r.source.lm.l),

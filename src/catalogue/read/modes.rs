@@ -20,6 +20,8 @@ pub struct FoundMode {
     pub snr_peak: f64,
     /// Local log evidence against no source.
     pub log_z: f64,
+    /// Probability that this is a source.
+    pub p_source: f64,
     /// Kept, or why not.
     pub status: Status,
     /// The source that it is, or that explains it.
@@ -32,6 +34,7 @@ pub(super) fn read(table: &ListTable) -> Result<Vec<FoundMode>, ReadError> {
     let flux_jy = table.need_flux()?;
     let snr_peak = table.need("SNR_peak", Unit::NONE)?;
     let log_z = table.column_or("Log_Z", Unit::NONE, f64::NAN)?;
+    let p_source = table.column_or("P_source", Unit::NONE, f64::NAN)?;
     let source_id = table.column_or("Source_id", Unit::NONE, f64::NAN)?;
     let status = statuses(table)?;
     let mode = |(i, position): (usize, RaDec)| FoundMode {
@@ -40,6 +43,7 @@ pub(super) fn read(table: &ListTable) -> Result<Vec<FoundMode>, ReadError> {
         flux_jy: flux_jy[i],
         snr_peak: snr_peak[i],
         log_z: log_z[i],
+        p_source: p_source[i],
         status: status[i],
         source_id: whole(source_id[i]),
     };

@@ -4,7 +4,7 @@ use super::Facet;
 use super::cells::{self, Common};
 use super::fill::{CHANNELS, Target, fill};
 use super::plan::{FacetPlan, Reach};
-use super::resample::HalfPlane;
+use super::resample::{HalfPlane, Mirror};
 use super::sorted::{CHUNK, Queue, Sorted};
 use super::term::Centre;
 use crate::coords::Lm;
@@ -180,8 +180,8 @@ impl FacetBuilder {
         grids
             .into_par_iter()
             .map(|grid| {
-                let data = pyramid(&plan, &grid, 0);
-                let times_w = pyramid(&plan, &grid, 2);
+                let data = pyramid(&plan, &grid, Mirror::Even);
+                let times_w = pyramid(&plan, &grid, Mirror::Odd);
                 Facet {
                     isa,
                     centre: grid.centre,
@@ -200,23 +200,29 @@ impl FacetBuilder {
 
 fn finish_weights(plan: &FacetPlan, grid: Option<&Grid>) -> FacetWeights {
     let levels = grid.map_or_else(Vec::new, |grid| {
-        pyramid(plan, grid, 0)
+        pyramid(plan, grid, Mirror::Even)
             .iter()
+            .zip(&pyramid(plan, grid, Mirror::Odd))
             .enumerate()
-            .map(|(level, weights)| cells::common(plan, level, weights))
+            .map(|(level, (weights, times_w))| cells::common(plan, level, weights, times_w))
             .collect()
     });
     FacetWeights { levels }
 }
 
-/// The levels of `grid`, channels `channel` and the next: those further in added to those before.
-fn pyramid(plan: &FacetPlan, grid: &Grid, channel: usize) -> Vec<HalfPlane> {
+/// The levels of `grid`, of its data or of these times w: those further in added to those before.
+fn pyramid(plan: &FacetPlan, grid: &Grid, mirror: Mirror) -> Vec<HalfPlane> {
+    let channel = match mirror {
+        Mirror::Even => 0,
+        Mirror::Odd => 2,
+    };
     let fine = plan.fine();
     let size = fine.rows * fine.cols * CHANNELS;
     let mut levels: Vec<HalfPlane> = Vec::new();
     for cells in grid.cells.chunks_exact(size).rev() {
         let mut level = HalfPlane::resampled(
             &plan.from_fine,
+            mirror,
             [fine.rows, fine.cols],
             [fine.first_row, fine.first_col],
             |row, col| {

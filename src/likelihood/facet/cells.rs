@@ -24,6 +24,8 @@ pub(super) struct Pack {
 pub(super) struct Common {
     /// Σ w [Jy⁻²].
     pub(super) weight: [f32; LANES],
+    /// The same times the w coordinate in units of the plan's largest.
+    pub(super) weight_w: [f32; LANES],
     /// Window where this level is the last one.
     pub(super) low: [f32; LANES],
     /// Window where the next level takes the middle.
@@ -54,12 +56,13 @@ pub(super) fn packs(plan: &FacetPlan, grid: &HalfPlane, times_w: &HalfPlane) -> 
     (0..plan.rows() * columns / LANES).map(pack).collect()
 }
 
-/// What the facets have in common at `level`; `weights` is the grid of weights.
-pub(super) fn common(plan: &FacetPlan, level: usize, weights: &HalfPlane) -> Vec<Common> {
-    let no_data = HalfPlane {
-        n: weights.n,
-        cells: vec![num_complex::Complex::default(); weights.cells.len()],
-    };
+/// What the facets have in common at `level`, from the grid of weights and of the same times w.
+pub(super) fn common(
+    plan: &FacetPlan,
+    level: usize,
+    weights: &HalfPlane,
+    times_w: &HalfPlane,
+) -> Vec<Common> {
     let (cell, half) = (plan.cell(level), plan.columns() as f64 / 2.0);
     let windows = |row: usize, col: usize| {
         let uv = cell * (col as f64 - half).hypot(row as f64);
@@ -67,7 +70,7 @@ pub(super) fn common(plan: &FacetPlan, level: usize, weights: &HalfPlane) -> Vec
         (low as f32, (low - plan.low_pass(level + 1, uv)) as f32)
     };
     let packs_per_row = plan.columns() / LANES;
-    packs(plan, weights, &no_data)
+    packs(plan, weights, times_w)
         .iter()
         .enumerate()
         .map(|(i, pack)| {
@@ -75,6 +78,7 @@ pub(super) fn common(plan: &FacetPlan, level: usize, weights: &HalfPlane) -> Vec
             let windows: [_; LANES] = std::array::from_fn(|k| windows(row, first + k));
             Common {
                 weight: pack.re,
+                weight_w: pack.w_re,
                 low: windows.map(|w| w.0),
                 band: windows.map(|w| w.1),
             }

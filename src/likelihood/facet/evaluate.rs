@@ -2,6 +2,10 @@
 #![allow(clippy::inline_always)] // one loop is compiled anew for each instruction set
 #![allow(unsafe_code)] // entering code compiled for an instruction set
 
+mod cross;
+
+pub(super) use cross::{PairJob, accumulate_pair};
+
 use super::cells::{Common, LANES, Pack};
 use super::lanes::Lanes;
 use super::lanes::portable::Plain;
@@ -146,8 +150,14 @@ fn row_sums<L: Lanes, const PROFILE: u8, const IS_BAND: bool>(
     term: &FacetTerm,
 ) -> [L; 3] {
     let zero = L::splat(0.0);
-    let (rv, sv2, across) = (L::splat(row.rv), L::splat(row.sv2), L::splat(row.across));
-    let (along, turn) = (L::splat(term.along as f32), L::splat(term.curvature as f32));
+    let (rv, sv2, turn) = (
+        L::splat(row.rv),
+        L::splat(row.sv2),
+        L::splat(term.curvature as f32),
+    );
+    let (along, across) = (L::splat(term.bend.along as f32), L::splat(row.across));
+    let weight_along = L::splat(term.weight_bend.along as f32);
+    let weight_across = L::splat(row.weight_across);
     let [mut a, mut b, mut y] = [zero; 3];
     let range = row.first as usize..row.end as usize;
     let cells = packs[range.clone()].iter().zip(&common[range.clone()]);
@@ -156,6 +166,7 @@ fn row_sums<L: Lanes, const PROFILE: u8, const IS_BAND: bool>(
         for part in 0..L::PARTS {
             let k = L::load(&columns.pu, part).add(rv);
             let [factor, slope] = factor::<L, PROFILE>(k, sv2);
+            let weight_slope = slope.mul(weight_along.mul_add(k, weight_across));
             let slope = slope.mul(along.mul_add(k, across));
             let (w_re, w_im) = (L::load(&pack.w_re, part), L::load(&pack.w_im, part));
             let re = slope.mul_add(w_re, L::load(&pack.re, part));
@@ -165,7 +176,11 @@ fn row_sums<L: Lanes, const PROFILE: u8, const IS_BAND: bool>(
             let windowed = factor.mul(L::load(window, part));
             a = windowed.mul_add(re.mul_add(cos, im.mul(sin)), a);
             b = windowed.mul_add(re.mul_sub_from(sin, im.mul(cos)), b);
-            let weight = L::load(&common.weight, part);
+            let (weight, weight_w) = (
+                L::load(&common.weight, part),
+                L::load(&common.weight_w, part),
+            );
+            let weight = weight_slope.mul_add(weight_w, weight);
             y = weight.mul(factor).mul_add(windowed, y);
         }
     }

@@ -36,8 +36,8 @@ impl Facet {
     /// X and Y of a round source of scale-length `scale_rad` [rad] at `n_side` x `n_side` positions,
     /// the middles of equal parts of the region.
     ///
-    /// The second-order terms of w that [`Facet::xy_batch`] leaves out are left out here too, and so is
-    /// the change of the shape with w, which is 1% of it at 0.5 deg from the phase centre.
+    /// As a source in the middle of the region sees the baselines: the change of the shape with w over
+    /// the region is left out, with the second-order terms that [`Facet::xy_batch`] leaves out too.
     pub fn map(&self, scale_rad: f64, n_side: usize) -> FacetMap {
         let source = Source {
             lm: self.centre.lm,

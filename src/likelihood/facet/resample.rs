@@ -126,12 +126,31 @@ impl Resampler {
     }
 }
 
+/// What is summed against a grid, at (-u, -v).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Mirror {
+    /// The conjugate of that at (u, v), as a visibility is.
+    Even,
+    /// The same negated, as a visibility over w is: w changes its sign.
+    Odd,
+}
+
+impl Mirror {
+    fn of(self, cell: Complex<f64>) -> Complex<f64> {
+        match self {
+            Self::Even => cell.conj(),
+            Self::Odd => -cell.conj(),
+        }
+    }
+}
+
 /// A grid over half of the uv-plane, v >= 0, `rows` by `n`; u = 0 stands in column n/2.
 ///
-/// The other half is its mirror image, conjugated, and already added: what is summed against such
-/// a grid must be that at (-u, -v) conjugated of that at (u, v), and only the real part counts.
+/// The other half is its mirror image and already added; only the real part of what is summed
+/// against it counts.
 #[derive(Debug, Clone)]
 pub(super) struct HalfPlane {
+    pub(super) mirror: Mirror,
     pub(super) n: usize,
     pub(super) cells: Vec<Complex<f64>>,
 }
@@ -145,6 +164,7 @@ impl HalfPlane {
     /// one, column c of it is the cell c + `first_col`. Rows below v = 0 are folded over.
     pub(super) fn resampled(
         resampler: &Resampler,
+        mirror: Mirror,
         [rows, cols]: [usize; 2],
         [first_row, first_col]: [i64; 2],
         cell: impl Fn(usize, usize) -> Complex<f64>,
@@ -172,16 +192,17 @@ impl HalfPlane {
             // The cell at -n/2 has no mirror image; the grid is empty there.
             let mirrored = (n - col) % n;
             for row in 1..half {
-                cells[row * n + mirrored] += column[half - row].conj();
+                cells[row * n + mirrored] += mirror.of(column[half - row]);
             }
         }
-        HalfPlane { n, cells }
+        HalfPlane { mirror, n, cells }
     }
 
     /// This grid on cells twice as wide: for the part of the sky in the middle.
     pub(super) fn coarsened(&self, resampler: &Resampler) -> HalfPlane {
         let first = -(self.n as i64 / 2);
-        Self::resampled(resampler, [self.rows(), self.n], [0, first], |row, col| {
+        let size = [self.rows(), self.n];
+        Self::resampled(resampler, self.mirror, size, [0, first], |row, col| {
             self.cells[row * self.n + col]
         })
     }

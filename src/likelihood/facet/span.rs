@@ -32,8 +32,9 @@ pub(super) struct Row {
     pub(super) rv: f32,
     /// s v² plus what the profile adds to Q.
     pub(super) sv2: f32,
-    /// The part of D ln F that goes with v.
+    /// The parts of the bends of X and Y that go with v.
     pub(super) across: f32,
+    pub(super) weight_across: f32,
 }
 
 /// The cells of one source on one level: rows from v = 0 up.
@@ -52,6 +53,7 @@ impl Row {
         rv: 0.0,
         sv2: 0.0,
         across: 0.0,
+        weight_across: 0.0,
     };
 }
 
@@ -115,7 +117,8 @@ impl Span {
             row.end = high as u32 / LANES as u32 + 1;
             row.rv = (rv * v) as f32;
             row.sv2 = (sv2 * v * v + offset_q) as f32;
-            row.across = (term.across * cell * v) as f32;
+            row.across = (term.bend.across * cell * v) as f32;
+            row.weight_across = (term.weight_bend.across * cell * v) as f32;
         }
         self.set_row_phases(cell * term.offset.m);
     }

@@ -21,26 +21,28 @@ pub(super) struct Centre {
 
 impl Centre {
     pub(super) fn new(lm: Lm) -> Centre {
-        let n = 1.0 + lm.n_minus_1();
+        let [slope_u, slope_v] = lm.slopes();
         Centre {
             lm,
-            slope_u: lm.l / n,
-            slope_v: lm.m / n,
+            slope_u,
+            slope_v,
         }
     }
 }
 
 /// A source of unit flux density in a facet.
 ///
-/// Its visibility, with the centre's phase taken off and in the facet's u' = u - w l0/n0 and
+/// Its visibility, with the centre's phase taken off and in the centre's u' = u - w l0/n0 and
 /// v' = v - w m0/n0, is, to first order in w,
 ///
 /// ```text
-/// F(u', v') exp(2πi (u' δl + v' δm)) (1 + w (D ln F + 2πi ε))     D = (l0 ∂/∂u + m0 ∂/∂v)/n0
+/// F(u', v') exp(2πi (u' δl + v' δm)) (1 + w (D ln F + 2πi ε))
+/// D = (l0/n0 - l/n) ∂/∂u + (m0/n0 - m/n) ∂/∂v      ε = n - n0 + (l0 δl + m0 δm)/n0
 /// ```
 ///
-/// where ε = n - n0 + (l0 δl + m0 δm)/n0 is the curvature of the sky over the facet. D puts the
-/// shape back to where it belongs: it is F(u, v), not F(u', v').
+/// where D moves the baseline from what the centre sees to what the source at (l, m) sees, and ε is the
+/// curvature of the sky over the facet. The weights are those of all facets, at the baselines that the
+/// phase centre sees: there F² (1 + 2 w D0 ln F) with D0 = -l/n ∂/∂u - m/n ∂/∂v.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FacetTerm {
     pub(super) profile: Profile,
@@ -52,13 +54,21 @@ pub(super) struct FacetTerm {
     pub(super) s: f64,
     /// Largest Q that is summed.
     pub(super) q_max: f64,
-    /// w D ln F = (`along` (p u + r v) + `across` v) times 1/(1 + Q) or 1; w in units of the plan's.
-    pub(super) along: f64,
-    pub(super) across: f64,
+    /// w D ln F.
+    pub(super) bend: Bend,
+    /// 2 w D0 ln F.
+    pub(super) weight_bend: Bend,
     /// -2π ε w in the same units.
     pub(super) curvature: f64,
     /// Scale-length of the major axis [rad].
     pub(super) major_rad: f64,
+}
+
+/// (`along` (p u + r v) + `across` v) times 1/(1 + Q) or 1, per w in units of the plan's.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bend {
+    pub(super) along: f64,
+    pub(super) across: f64,
 }
 
 impl FacetTerm {
@@ -75,7 +85,12 @@ impl FacetTerm {
         } else {
             (0.0, 0.0, 0.0)
         };
+        let [slope_u, slope_v] = source.lm.slopes();
         let unit = -2.0 * slope * plan.needs.reach.w;
+        let bend = |[du, dv]: [f64; 2]| Bend {
+            along: unit * (p * du + r * dv),
+            across: unit * s * dv,
+        };
         let offset = Lm {
             l: source.lm.l - centre.lm.l,
             m: source.lm.m - centre.lm.m,
@@ -87,8 +102,8 @@ impl FacetTerm {
             r,
             s,
             q_max,
-            along: unit * (p * centre.slope_u + r * centre.slope_v),
-            across: unit * s * centre.slope_v,
+            bend: bend([centre.slope_u - slope_u, centre.slope_v - slope_v]),
+            weight_bend: bend([-2.0 * slope_u, -2.0 * slope_v]),
             curvature: -TAU * curvature(centre, source.lm, offset) * plan.needs.reach.w,
             major_rad: source.scale_rad / (1.0 - source.e.modulus()),
         }

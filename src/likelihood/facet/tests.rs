@@ -11,16 +11,16 @@ use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
 /// Corner of a field of 1 degree.
-const CORNER: Lm = Lm {
+pub(super) const CORNER: Lm = Lm {
     l: 0.0087,
     m: -0.0087,
 };
-const CENTRE: Lm = Lm { l: 0.0, m: 0.0 };
+pub(super) const CENTRE: Lm = Lm { l: 0.0, m: 0.0 };
 
 /// Longest major axis of the prior [rad]: 10 arcsec, |e| = 0.804.
 const LONGEST: f64 = 51.1 * ARCSEC;
 
-fn needs(side_arcsec: f64, reach: Reach, profile: Profile) -> FacetNeeds {
+pub(super) fn needs(side_arcsec: f64, reach: Reach, profile: Profile) -> FacetNeeds {
     FacetNeeds {
         side_rad: side_arcsec * ARCSEC,
         farthest: CORNER.l.hypot(CORNER.m),
@@ -39,7 +39,7 @@ pub(super) fn plan(side_arcsec: f64) -> Arc<FacetPlan> {
 
 /// The 19 306 baselines of SKA1-MID at `n_time` times over eight hours, -30 degrees, 1.4 GHz, with
 /// noise that gives the whole the sensitivity of the paper's observation.
-fn ska1_mid(n_time: usize) -> Vec<VisBlock> {
+pub(super) fn ska1_mid(n_time: usize) -> Vec<VisBlock> {
     let array = Array::find("ska1-mid").unwrap();
     let per_m = 1.4e9 / crate::units::SPEED_OF_LIGHT;
     let scale = 480.0 / n_time as f64;
@@ -66,7 +66,7 @@ fn ska1_mid(n_time: usize) -> Vec<VisBlock> {
     (0..n_time).map(block).collect()
 }
 
-fn reach(blocks: &[VisBlock]) -> Reach {
+pub(super) fn reach(blocks: &[VisBlock]) -> Reach {
     blocks
         .iter()
         .map(Reach::of)
@@ -96,7 +96,12 @@ fn add_galaxy(blocks: &mut [VisBlock], lm: Lm, snr: f64) {
 
 /// Sources all over `region`, every fourth in a corner, of sizes log-uniform in `scale_arcsec`, and
 /// |e| to `e_max`.
-fn sources(region: &Region, count: usize, scale_arcsec: [f64; 2], e_max: f64) -> Vec<Source> {
+pub(super) fn sources(
+    region: &Region,
+    count: usize,
+    scale_arcsec: [f64; 2],
+    e_max: f64,
+) -> Vec<Source> {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let source = |i: usize| {
         let [u, v]: [f64; 2] = std::array::from_fn(|_| match i % 4 {
@@ -153,9 +158,8 @@ fn log_l_agrees_with_the_exact_engine_all_over_the_prior() {
     let needs = needs(20.0, reach(&blocks), Profile::Exponential);
     let plan = Arc::new(FacetPlan::new(needs).unwrap());
     let facets = build(&plan, &centres, &blocks);
-    // At the corner w does more to (u, v) than the first order holds: up to 0.7% at short
-    // baselines seen low in the sky, which a model of SNR 8 on a source of SNR 140 feels.
-    for (facet, [faint, bright]) in facets.iter().zip([[0.3, 0.1], [5.0, 0.9]]) {
+    // At the corner w changes the shapes of the sources, in Y to first order.
+    for (facet, [faint, bright]) in facets.iter().zip([[0.1, 0.02], [0.2, 0.3]]) {
         for (scale_arcsec, e_max) in [([0.1, 1.0], 0.804), ([1.0, 2.0], 0.6), ([1.0, 10.0], 0.804)]
         {
             let sources = sources(&facet.region(), 100, scale_arcsec, e_max);
@@ -249,9 +253,11 @@ fn a_map_holds_the_sums_of_a_round_source_at_every_position() {
                     e: Ellipticity::default(),
                 };
                 let xy = facet.xy_batch(&[source])[0];
+                // The map has the shape that the middle of the facet sees.
                 let off = (f64::from(map.x[i]) - xy.x).abs() / xy.y.sqrt();
-                assert!(off < 1e-4, "{profile:?} {isa:?} {i}: {off}");
-                assert!((map.y / xy.y - 1.0).abs() < 1e-6);
+                assert!(off < 1e-3, "{profile:?} {isa:?} {i}: {off}");
+                let off = (map.y / xy.y - 1.0).abs();
+                assert!(off < 1e-3, "{profile:?} {isa:?} {i}: {off}");
             }
         }
     }

@@ -1,6 +1,7 @@
 //! The kernel in AVX2 and FMA: eight lanes, two vectors a pack.
 #![allow(unsafe_code)] // loads through pointers; entering code compiled for AVX2
 
+use super::cross::{self, PairTerm};
 use super::model::{self, Model};
 use super::numbers::{EXP2, GAUSSIAN_EXPONENT_MAX, SQRT2_SIN_PI, TURNS_PER_UNIT};
 use super::term::SourceTerm;
@@ -50,6 +51,17 @@ pub(super) fn subtract(block: &mut VisBlock, models: &[Model]) {
 #[target_feature(enable = "avx2,fma")]
 fn subtract_avx2(block: &mut VisBlock, models: &[Model]) {
     model::subtract(block, models);
+}
+
+/// Adds the sums of pairs over `block` to `sums`. The caller has checked for the instructions.
+pub(super) fn accumulate_pairs(block: &VisBlock, terms: &[PairTerm], sums: &mut [f64]) {
+    // SAFETY: `kernel::accumulate_pairs`, the only caller, asserts `Isa::Avx2.is_available()`.
+    unsafe { accumulate_pairs_avx2(block, terms, sums) }
+}
+
+#[target_feature(enable = "avx2,fma")]
+fn accumulate_pairs_avx2(block: &VisBlock, terms: &[PairTerm], sums: &mut [f64]) {
+    cross::accumulate(block, terms, sums);
 }
 
 /// X and Y of `term` over `tile`.
@@ -112,18 +124,15 @@ fn cosine(phase: __m256i) -> __m256 {
 #[inline]
 #[target_feature(enable = "avx2,fma")]
 fn radius(offset: __m256, pack: &Pack, half: usize, term: &SourceTerm) -> __m256 {
-    let (p, r, s) = (
-        _mm256_set1_ps(term.p),
-        _mm256_set1_ps(term.r),
-        _mm256_set1_ps(term.s),
+    let ([p, r, t], [s, z]) = (
+        term.along.map(|x| _mm256_set1_ps(x)),
+        term.across.map(|x| _mm256_set1_ps(x)),
     );
-    let k = _mm256_mul_ps(p, load(&pack.u_single, half));
-    let k = _mm256_fmadd_ps(r, load(&pack.v_single, half), k);
-    _mm256_fmadd_ps(
-        k,
-        k,
-        _mm256_fmadd_ps(s, load(&pack.v_squared, half), offset),
-    )
+    let (v, w) = (load(&pack.v_single, half), load(&pack.w_single, half));
+    let along = _mm256_mul_ps(p, load(&pack.u_single, half));
+    let along = _mm256_fmadd_ps(t, w, _mm256_fmadd_ps(r, v, along));
+    let across = _mm256_fmadd_ps(z, w, _mm256_mul_ps(s, v));
+    _mm256_fmadd_ps(along, along, _mm256_fmadd_ps(across, across, offset))
 }
 
 /// (1 + Q)^(-3/2) = t^(-3/2). From an estimate g of 1/sqrt(t), good to 3.7e-4, and

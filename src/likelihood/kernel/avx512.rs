@@ -1,9 +1,10 @@
 //! The kernel in AVX-512F: sixteen lanes.
 //!
-//! Per sixteen samples of an exponential disk 32 vector instructions: 6 FMA and a permutation for
-//! the phase, 11 for the cosine and X, 4 for Q, 8 for F, 2 for Y.
+//! Per sixteen samples of an exponential disk 35 vector instructions: 6 FMA and a permutation for
+//! the phase, 11 for the cosine and X, 7 for Q, 8 for F, 2 for Y.
 #![allow(unsafe_code)] // loads through pointers; entering code compiled for AVX-512
 
+use super::cross::{self, PairTerm};
 use super::model::{self, Model};
 use super::numbers::{EXP2, GAUSSIAN_EXPONENT_MAX, SQRT2_SIN_PI, TURNS_PER_UNIT};
 use super::term::SourceTerm;
@@ -53,6 +54,17 @@ pub(super) fn subtract(block: &mut VisBlock, models: &[Model]) {
 #[target_feature(enable = "avx512f,avx2,fma")]
 fn subtract_avx512(block: &mut VisBlock, models: &[Model]) {
     model::subtract(block, models);
+}
+
+/// Adds the sums of pairs over `block` to `sums`. The caller has checked for the instructions.
+pub(super) fn accumulate_pairs(block: &VisBlock, terms: &[PairTerm], sums: &mut [f64]) {
+    // SAFETY: `kernel::accumulate_pairs`, the only caller, asserts `Isa::Avx512.is_available()`.
+    unsafe { accumulate_pairs_avx512(block, terms, sums) }
+}
+
+#[target_feature(enable = "avx512f,avx2,fma")]
+fn accumulate_pairs_avx512(block: &VisBlock, terms: &[PairTerm], sums: &mut [f64]) {
+    cross::accumulate(block, terms, sums);
 }
 
 /// X and Y of `term` over `tile`.
@@ -111,14 +123,15 @@ fn cosine(phase: __m512i) -> __m512 {
 #[inline]
 #[target_feature(enable = "avx512f,avx2,fma")]
 fn radius(offset: __m512, pack: &Pack, term: &SourceTerm) -> __m512 {
-    let (p, r, s) = (
-        _mm512_set1_ps(term.p),
-        _mm512_set1_ps(term.r),
-        _mm512_set1_ps(term.s),
+    let ([p, r, t], [s, z]) = (
+        term.along.map(|x| _mm512_set1_ps(x)),
+        term.across.map(|x| _mm512_set1_ps(x)),
     );
-    let k = _mm512_mul_ps(p, load(&pack.u_single));
-    let k = _mm512_fmadd_ps(r, load(&pack.v_single), k);
-    _mm512_fmadd_ps(k, k, _mm512_fmadd_ps(s, load(&pack.v_squared), offset))
+    let (v, w) = (load(&pack.v_single), load(&pack.w_single));
+    let along = _mm512_mul_ps(p, load(&pack.u_single));
+    let along = _mm512_fmadd_ps(t, w, _mm512_fmadd_ps(r, v, along));
+    let across = _mm512_fmadd_ps(z, w, _mm512_mul_ps(s, v));
+    _mm512_fmadd_ps(along, along, _mm512_fmadd_ps(across, across, offset))
 }
 
 /// (1 + Q)^(-3/2) = t^(-3/2). From an estimate g of 1/sqrt(t), good to 2^-14, and

@@ -93,9 +93,7 @@ impl Lanes {
             let x = phase.to_bits() as i32 as f32 * TURNS_PER_UNIT;
             let sine = x * horner(&SQRT2_SIN_PI, x * x);
             let cosine = horner(&SQRT2_COS_PI, x * x);
-            let (u, v) = (u as f32, v as f32);
-            let k = term.p * u + term.r * v;
-            let amplitude = model.flux_jy * factor(k * k + term.s * v * v);
+            let amplitude = model.flux_jy * factor(term.q(u as f32, v as f32, w as f32));
             self.re[i] += amplitude * (1.0 - sine * sine);
             self.im[i] += amplitude * (sine * cosine);
         }

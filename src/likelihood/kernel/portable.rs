@@ -37,8 +37,7 @@ fn sums_with(tile: &Tile, term: &SourceTerm, factor: impl Fn(f32) -> f32) -> Xy 
     for pack in tile.packs() {
         let cosine = cosine(&fixed_phase(pack, term));
         for i in 0..LANES {
-            let k = term.p * pack.u_single[i] + term.r * pack.v_single[i];
-            let f = factor(k * k + term.s * pack.v_squared[i]);
+            let f = factor(term.q(pack.u_single[i], pack.v_single[i], pack.w_single[i]));
             x[i] += pack.amplitude[i] * f * cosine[i];
             y[i] += pack.weight[i] * f * f;
         }

@@ -9,15 +9,13 @@ use std::f64::consts::TAU;
 
 /// X and Y of `term` over `tile`.
 pub(super) fn tile_sums(tile: &Tile, term: &SourceTerm) -> Xy {
-    let (p, r, s) = (term.p as f64, term.r as f64, term.s as f64);
     let mut sum = Xy::default();
     for pack in tile.packs() {
         for i in 0..LANES {
             let (u, v, w) = (pack.u[i], pack.v[i], pack.w[i]);
             let turns = u * term.l + v * term.m + w * term.n_minus_1;
             let cosine = (TAU * (turns - turns.round() + pack.start[i] - PHASE_MAGIC)).cos();
-            let k = p * u + r * v;
-            let factor = factor(term.profile, k * k + s * v * v);
+            let factor = factor(term.profile, term.q(u as f32, v as f32, w as f32) as f64);
             sum.x += pack.amplitude[i] as f64 * factor * cosine;
             sum.y += pack.weight[i] as f64 * factor * factor;
         }
@@ -26,7 +24,7 @@ pub(super) fn tile_sums(tile: &Tile, term: &SourceTerm) -> Xy {
 }
 
 /// F of the scaled Q of [`SourceTerm`].
-fn factor(profile: Profile, q: f64) -> f64 {
+pub(super) fn factor(profile: Profile, q: f64) -> f64 {
     match profile {
         Profile::Exponential => 1.0 / ((1.0 + q) * (1.0 + q).sqrt()),
         Profile::Gaussian => (-q).exp2(),

@@ -6,8 +6,9 @@ use std::f64::consts::{LOG2_E, PI};
 
 /// A source of unit flux density, ready for the kernels.
 ///
-/// The shape enters as Q = (p u + r v)² + s v², scaled so that the exponential is (1 + Q)^(-3/2)
-/// and the Gaussian 2^(-Q).
+/// The shape enters as Q = (p u' + r v')² + s v'² of the baseline (u', v') that the source sees, scaled
+/// so that the exponential is (1 + Q)^(-3/2) and the Gaussian 2^(-Q). With w written out it is
+/// Q = (along_u u + along_v v + along_w w)² + (across_v v + across_w w)².
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SourceTerm {
     /// Direction cosine towards east.
@@ -16,17 +17,23 @@ pub struct SourceTerm {
     pub(super) m: f64,
     /// n - 1.
     pub(super) n_minus_1: f64,
-    /// Coefficient p [wavelength⁻¹].
-    pub(super) p: f32,
-    /// Coefficient r [wavelength⁻¹].
-    pub(super) r: f32,
-    /// Coefficient s [wavelength⁻²].
-    pub(super) s: f32,
+    /// Coefficients of u, v and w in the first square [wavelength⁻¹].
+    pub(super) along: [f32; 3],
+    /// Coefficients of v and w in the second square [wavelength⁻¹].
+    pub(super) across: [f32; 2],
     /// Which function of Q.
     pub(super) profile: Profile,
 }
 
 impl SourceTerm {
+    /// Q at (u, v, w).
+    #[inline(always)]
+    pub(super) fn q(&self, u: f32, v: f32, w: f32) -> f32 {
+        let ([p, r, t], [s, z]) = (self.along, self.across);
+        let (along, across) = (p * u + r * v + t * w, s * v + z * w);
+        along * along + across * across
+    }
+
     /// The term of `source`; its flux density is left out.
     pub fn new(source: &Source, profile: Profile) -> SourceTerm {
         let scale = match profile {
@@ -39,13 +46,13 @@ impl SourceTerm {
         } else {
             (0.0, 0.0, 0.0)
         };
+        let ([slope_u, slope_v], s) = (source.lm.slopes(), s.sqrt());
         SourceTerm {
             l: source.lm.l,
             m: source.lm.m,
             n_minus_1: source.lm.n_minus_1(),
-            p: p as f32,
-            r: r as f32,
-            s: s as f32,
+            along: [p, r, -(p * slope_u + r * slope_v)].map(|x| x as f32),
+            across: [s, -s * slope_v].map(|x| x as f32),
             profile,
         }
     }

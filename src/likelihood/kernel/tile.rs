@@ -25,7 +25,7 @@ pub(super) struct Pack {
     pub(super) start: [f64; LANES],
     pub(super) u_single: [f32; LANES],
     pub(super) v_single: [f32; LANES],
-    pub(super) v_squared: [f32; LANES],
+    pub(super) w_single: [f32; LANES],
     /// |w d|.
     pub(super) amplitude: [f32; LANES],
     pub(super) weight: [f32; LANES],
@@ -40,7 +40,7 @@ impl Pack {
         start: [PHASE_MAGIC; LANES],
         u_single: [0.0; LANES],
         v_single: [0.0; LANES],
-        v_squared: [0.0; LANES],
+        w_single: [0.0; LANES],
         amplitude: [0.0; LANES],
         weight: [0.0; LANES],
     };
@@ -85,7 +85,7 @@ impl Pack {
         for i in 0..LANES {
             self.u_single[i] = self.u[i] as f32;
             self.v_single[i] = self.v[i] as f32;
-            self.v_squared[i] = (self.v[i] * self.v[i]) as f32;
+            self.w_single[i] = self.w[i] as f32;
         }
     }
 }

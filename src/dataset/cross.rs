@@ -1,0 +1,178 @@
+//! Several sources together: what they have in common, and regions in which they are looked at.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::views::BLOCKS_AT_A_TIME;
+use super::{Dataset, DatasetError, View, ViewRequest};
+use crate::likelihood::facet::{CrossBuilder, CrossFacet, FacetPlan};
+use crate::likelihood::{PairTerm, Xy, accumulate_pairs, joint_log_l, pairs};
+use crate::prior::Region;
+use crate::rime::Source;
+
+/// Points of a view that one core evaluates at a time.
+const POINTS_PER_TASK: usize = 8;
+
+/// Regions about sources that are looked at together.
+pub struct JointView {
+    /// One for each source, with all of them in the data.
+    members: Vec<View>,
+    /// None: what they have in common is summed over all samples.
+    cross: Option<CrossFacet>,
+}
+
+impl Dataset {
+    /// Y_ij [Jy⁻²] at unit flux density of every pair, in one pass over the data.
+    ///
+    /// # Errors
+    /// The file can no longer be read.
+    pub fn cross(&mut self, pairs: &[[Source; 2]]) -> Result<Vec<f64>, DatasetError> {
+        let mut sums = vec![0.0; pairs.len()];
+        if pairs.is_empty() {
+            return Ok(sums);
+        }
+        self.n_eval += pairs.len() as u64;
+        let profile = self.profile;
+        let terms: Vec<PairTerm> = pairs.iter().map(|p| PairTerm::new(p, profile)).collect();
+        self.for_each_batch(|blocks| accumulate_pairs(blocks, &terms, &mut sums))?;
+        Ok(sums)
+    }
+
+    /// Makes the regions of each group ready; the sources that any of a group's regions puts back
+    /// must be the same.
+    ///
+    /// # Errors
+    /// The file can no longer be read.
+    pub fn joint_views(
+        &mut self,
+        groups: &[Vec<ViewRequest>],
+    ) -> Result<Vec<JointView>, DatasetError> {
+        let requests: Vec<ViewRequest> = groups.iter().flatten().cloned().collect();
+        let mut views = self.views(&requests)?.into_iter();
+        let mut joint: Vec<JointView> = groups
+            .iter()
+            .map(|group| JointView {
+                members: views.by_ref().take(group.len()).collect(),
+                cross: None,
+            })
+            .collect();
+        for (plan, which) in self.cross_plans(groups) {
+            let centre = |&i: &usize| united(&groups[i]).from_unit(0.5, 0.5);
+            let centres: Vec<_> = which.iter().map(centre).collect();
+            let mut builder = CrossBuilder::new(plan, &centres);
+            self.for_each_batch(|blocks| {
+                for blocks in blocks.chunks(BLOCKS_AT_A_TIME) {
+                    builder.add(blocks);
+                }
+            })?;
+            for (i, facet) in which.into_iter().zip(builder.finish()) {
+                joint[i].cross = Some(facet);
+            }
+        }
+        Ok(joint)
+    }
+
+    /// Which groups are served by facets, with the plans of these, as many at a time as fit the
+    /// memory budget.
+    fn cross_plans(&self, groups: &[Vec<ViewRequest>]) -> Vec<(Arc<FacetPlan>, Vec<usize>)> {
+        let mut by_size: BTreeMap<i32, Vec<usize>> = BTreeMap::new();
+        for (i, group) in groups.iter().enumerate() {
+            if !group.iter().any(|request| request.is_exact) {
+                let step = self.size_step(&united(group));
+                by_size.entry(step).or_default().push(i);
+            }
+        }
+        let mut plans = Vec::new();
+        for (step, which) in by_size {
+            let needs = CrossFacet::needs(self.facet_needs(step));
+            let Some(plan) = self.plan(needs).map(Arc::new) else {
+                continue;
+            };
+            let at_a_time = self.memory_bytes / plan.build_bytes() as f64;
+            let chunks = which.chunks((at_a_time as usize).max(1));
+            plans.extend(chunks.map(|which| (plan.clone(), which.to_vec())));
+        }
+        plans
+    }
+
+    /// ln L - ln L0 of the points of each view, a point being one source for each of its regions.
+    ///
+    /// # Errors
+    /// The file can no longer be read.
+    pub fn evaluate_joint_views(
+        &mut self,
+        jobs: &[(&JointView, &[Source])],
+    ) -> Result<Vec<Vec<f64>>, DatasetError> {
+        let by_member: Vec<Vec<Source>> = jobs
+            .iter()
+            .flat_map(|(view, points)| {
+                let count = view.members.len();
+                (0..count).map(move |i| points.iter().skip(i).step_by(count).copied().collect())
+            })
+            .collect();
+        let views = jobs.iter().flat_map(|(view, _)| &view.members);
+        let single: Vec<(&View, &[Source])> =
+            views.zip(by_member.iter().map(Vec::as_slice)).collect();
+        let mut xy = self.evaluate_views(&single)?.into_iter();
+        let cross = self.cross_of_views(jobs)?;
+        let log_l = |((view, points), cross): (&(&JointView, &[Source]), Vec<f64>)| {
+            let count = view.members.len();
+            let xy: Vec<Vec<Xy>> = xy.by_ref().take(count).collect();
+            let n_pair = pairs(count).count();
+            let point = |(i, sources): (usize, &[Source])| {
+                let xy: Vec<Xy> = xy.iter().map(|xy| xy[i]).collect();
+                joint_log_l(sources, &xy, &cross[n_pair * i..n_pair * (i + 1)])
+            };
+            points.chunks_exact(count).enumerate().map(point).collect()
+        };
+        Ok(jobs.iter().zip(cross).map(log_l).collect())
+    }
+
+    /// Y_ij of all pairs in all points of each view: by facets, and by one pass for all others.
+    fn cross_of_views(
+        &mut self,
+        jobs: &[(&JointView, &[Source])],
+    ) -> Result<Vec<Vec<f64>>, DatasetError> {
+        let wanted: Vec<Vec<[Source; 2]>> = jobs
+            .iter()
+            .map(|(view, points)| {
+                let count = view.members.len();
+                let of_point = |p: &[Source]| pairs(count).map(|[i, j]| [p[i], p[j]]).collect();
+                let points = points.chunks_exact(count);
+                points.flat_map(|p| -> Vec<_> { of_point(p) }).collect()
+            })
+            .collect();
+        let all = || jobs.iter().map(|(view, _)| *view).zip(&wanted);
+        let without: Vec<[Source; 2]> = all()
+            .filter(|(view, _)| view.cross.is_none())
+            .flat_map(|(_, wanted)| wanted.iter().copied())
+            .collect();
+        let mut summed = self.cross(&without)?.into_iter();
+        let by_facet = |facet: &CrossFacet, wanted: &[[Source; 2]]| -> Vec<f64> {
+            let tasks = wanted.par_chunks(POINTS_PER_TASK);
+            tasks
+                .flat_map_iter(|pairs| facet.cross_batch(pairs))
+                .collect()
+        };
+        let mut n_eval = 0;
+        let sums = all().map(|(view, wanted)| match &view.cross {
+            Some(facet) => {
+                n_eval += wanted.len() as u64;
+                by_facet(facet, wanted)
+            }
+            None => summed.by_ref().take(wanted.len()).collect(),
+        });
+        let sums = sums.collect();
+        self.n_eval += n_eval;
+        Ok(sums)
+    }
+}
+
+/// The smallest region that holds all of `requests`.
+fn united(requests: &[ViewRequest]) -> Region {
+    let regions = requests.iter().map(|request| request.region);
+    let all = regions.reduce(|all, region| all.united(&region));
+    all.unwrap_or_else(|| Region::square(crate::coords::Lm::default(), 0.0))
+}

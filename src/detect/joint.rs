@@ -1,0 +1,472 @@
+//! Sources that overlap, sampled together.
+//!
+//! With the models of all others removed, the errors of a source are those for fixed neighbours. How
+//! much that matters is the part of the joint ln L that neither source has alone,
+//!
+//! ```text
+//! ⟨δV_i, δV_j⟩ = Σ w Re[δV_i δV_j*]      δV: model of a sample less the mean model of the source
+//! ```
+//!
+//! For Gaussian posteriors its rms over independent samples of both, the coupling of the pair, is the
+//! root of the sum of the squares of the canonical correlations ρ of their parameters; a conditional
+//! error is sqrt(1 - ρ²) of the joint one. Groups of coupled sources are sampled again together.
+
+use nalgebra::DMatrix;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::certify::{Certificate, certify, choose};
+use super::explore::{NO_WEIGHT, in_region};
+use super::pipeline::stream_seed;
+use super::refine::{Found, Refinement, means};
+use super::{DetectError, Mode, ModeSample, Observer};
+use crate::dataset::{Dataset, JointView, ViewRequest};
+use crate::prior::{N_DIM, Region};
+use crate::rime::Source;
+use crate::sampler::{Draws, Population, PopulationConfig};
+
+/// Sources farther apart than this many widths of the beam are not looked at.
+const FAR_BEAMS: f64 = 12.0;
+/// Samples of each source that a coupling is measured with.
+const N_TABLE: usize = 12;
+/// Coupling from which a pair is sampled jointly: the errors would be 5% too small.
+const LEAST_COUPLING: f64 = 0.3;
+/// Couplings above this one make a region no wider.
+const MOST_COUPLING: f64 = 0.97;
+/// Most sources in a group; of more, the most strongly coupled are kept together.
+const MOST_MEMBERS: usize = 6;
+/// Groups sampled at a time.
+const IN_FLIGHT: usize = 16;
+/// Joint samples that the sampler starts from.
+const N_SEED: usize = 1000;
+/// Joint draws, and effective ones that must be among them.
+const N_DRAW: usize = 4000;
+const LEAST_ESS: f64 = 400.0;
+/// Effective draws from which sampling can be begun again.
+const FEWEST_ESS: f64 = 30.0;
+/// Times that a group is sampled before it is left as it was.
+const MOST_ATTEMPTS: u64 = 4;
+
+/// Two sources and their coupling.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Coupling {
+    pair: [usize; 2],
+    strength: f64,
+}
+
+/// Who was sampled with whom.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Joined {
+    /// The first member of each source's group; its own index where it was sampled alone.
+    pub(super) group: Vec<usize>,
+    /// Whether it is coupled to a source outside of its group: its errors are too small.
+    pub(super) is_conditional: Vec<bool>,
+}
+
+impl Joined {
+    /// `count` sources, each sampled alone.
+    pub(super) fn alone(count: usize) -> Self {
+        Self {
+            group: (0..count).collect(),
+            is_conditional: vec![false; count],
+        }
+    }
+
+    /// Marks what is coupled beyond its group.
+    fn mark_conditional(&mut self, couplings: &[Coupling]) {
+        for Coupling { pair: [i, j], .. } in couplings {
+            if self.group[*i] != self.group[*j] {
+                self.is_conditional[*i] = true;
+                self.is_conditional[*j] = true;
+            }
+        }
+    }
+}
+
+impl Refinement<'_> {
+    /// Samples groups of coupled sources jointly; `certificates` of their members are brought up
+    /// to date. Groups whose sampling does not converge, or does not stand against all
+    /// visibilities, keep the posteriors that they have.
+    pub(super) fn join(
+        &self,
+        dataset: &mut Dataset,
+        sources: &mut [Found],
+        certificates: &mut [Certificate],
+        observer: &mut dyn Observer,
+    ) -> Result<Joined, DetectError> {
+        let couplings = self.couplings(dataset, sources)?;
+        let mut joined = Joined::alone(sources.len());
+        let mut waiting = groups(sources.len(), &couplings);
+        for is_exact in [false, true] {
+            if waiting.is_empty() || is_exact && !dataset.views_take_a_pass() {
+                break;
+            }
+            let before = sources.to_vec();
+            let sampled =
+                self.sample_until_good(dataset, sources, &waiting, &couplings, is_exact, observer)?;
+            let looked_at = certify(dataset, sources, &sampled)?;
+            waiting.clear();
+            for (group, looked_at) in sampled.into_iter().zip(looked_at) {
+                if looked_at.iter().all(|certificate| certificate.is_valid) {
+                    for (&i, certificate) in group.iter().zip(looked_at) {
+                        certificates[i] = certificate;
+                        joined.group[i] = group[0];
+                    }
+                } else {
+                    for &i in &group {
+                        sources[i] = before[i].clone();
+                    }
+                    waiting.push(group);
+                }
+            }
+        }
+        dataset.set_removed(means(sources));
+        joined.mark_conditional(&couplings);
+        Ok(joined)
+    }
+
+    /// The pairs of sources that are coupled.
+    fn couplings(
+        &self,
+        dataset: &mut Dataset,
+        sources: &[Found],
+    ) -> Result<Vec<Coupling>, DetectError> {
+        let is_near = |[i, j]: &[usize; 2]| {
+            let lm = |i: usize| sources[i].mode.mean.lm;
+            lm(*i).distance(lm(*j)) < FAR_BEAMS * self.beam_rad
+        };
+        let near: Vec<[usize; 2]> = crate::likelihood::pairs(sources.len())
+            .filter(is_near)
+            .collect();
+        let drawn = |i: usize| -> Vec<Source> {
+            let samples = &sources[i].mode.samples;
+            // The last one is the best, which is no draw.
+            let mut chosen = choose(samples, N_TABLE);
+            chosen.pop();
+            chosen.into_iter().map(|k| samples[k].source).collect()
+        };
+        let tables: Vec<[Vec<Source>; 2]> = near.iter().map(|pair| pair.map(drawn)).collect();
+        let table = |[first, second]: &[Vec<Source>; 2]| -> Vec<[Source; 2]> {
+            let row = |a: &Source| second.iter().map(|b| [*a, *b]).collect::<Vec<_>>();
+            first.iter().flat_map(row).collect()
+        };
+        let wanted: Vec<[Source; 2]> = tables.iter().flat_map(table).collect();
+        let mut cross = dataset.cross(&wanted)?.into_iter();
+        let measured = near
+            .into_iter()
+            .zip(&tables)
+            .map(|(pair, [first, second])| {
+                let products = first.iter().flat_map(|a| {
+                    let flux = move |b: &Source| a.flux_jy * b.flux_jy;
+                    second.iter().map(flux)
+                });
+                let products = products.zip(cross.by_ref()).map(|(flux, y)| flux * y);
+                let table = DMatrix::from_row_iterator(first.len(), second.len(), products);
+                let strength = interaction(table);
+                Coupling { pair, strength }
+            });
+        let couplings = measured.filter(|c| c.strength > LEAST_COUPLING).collect();
+        tracing::debug!("coupled sources: {couplings:?}");
+        Ok(couplings)
+    }
+
+    /// Samples `groups` jointly, those that did not come out well again from what came out: where
+    /// strongly coupled sources had not come to rest, the joint posterior lies elsewhere. The
+    /// posteriors of those that converged take the place of the old ones. Returns these.
+    fn sample_until_good(
+        &self,
+        dataset: &mut Dataset,
+        sources: &mut [Found],
+        groups: &[Vec<usize>],
+        couplings: &[Coupling],
+        is_exact: bool,
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<Vec<usize>>, DetectError> {
+        let before = sources.to_vec();
+        let (mut good, mut poor) = (Vec::new(), groups.to_vec());
+        for attempt in 0..MOST_ATTEMPTS {
+            if poor.is_empty() {
+                break;
+            }
+            observer.stage("sampling groups", poor.len() as u64);
+            let refinement = Refinement {
+                seed: stream_seed(self.seed, [6, attempt, 0]),
+                ..*self
+            };
+            let sampled =
+                refinement.sample_groups(dataset, sources, &poor, couplings, is_exact, observer)?;
+            poor.retain(|group| !sampled.contains(group));
+            good.extend(sampled);
+        }
+        for &i in poor.iter().flatten() {
+            sources[i] = before[i].clone();
+        }
+        Ok(good)
+    }
+
+    /// Samples `groups` jointly; what comes out takes the place of the old posteriors. Returns
+    /// those that converged.
+    fn sample_groups(
+        &self,
+        dataset: &mut Dataset,
+        sources: &mut [Found],
+        groups: &[Vec<usize>],
+        couplings: &[Coupling],
+        is_exact: bool,
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<Vec<usize>>, DetectError> {
+        let mut converged = Vec::new();
+        for (n_done, groups) in groups.chunks(IN_FLIGHT).enumerate() {
+            dataset.set_removed(means(sources));
+            let regions = |group: &Vec<usize>| self.regions(sources, group, couplings);
+            let regions: Vec<Vec<Region>> = groups.iter().map(regions).collect();
+            let request = |(group, regions): (&Vec<usize>, &Vec<Region>)| {
+                let restored: Vec<Source> = group.iter().map(|&i| sources[i].mode.mean).collect();
+                let request = |region: &Region| ViewRequest {
+                    region: *region,
+                    restored: restored.clone(),
+                    is_exact,
+                };
+                regions.iter().map(request).collect::<Vec<_>>()
+            };
+            let requests: Vec<_> = groups.iter().zip(&regions).map(request).collect();
+            let views = dataset.joint_views(&requests)?;
+            let start = |(group, (regions, view)): (&Vec<usize>, _)| {
+                self.start(sources, group, regions, view)
+            };
+            let together = groups.iter().zip(regions.into_iter().zip(views));
+            let mut active: Vec<Active> = together.map(start).collect();
+            self.sample(dataset, &mut active)?;
+            for active in active {
+                converged.extend(self.take_over(sources, active));
+            }
+            observer.advance((n_done * IN_FLIGHT + groups.len()) as u64, dataset.n_eval());
+        }
+        Ok(converged)
+    }
+
+    /// The regions of the members of a group, wider the more their errors will grow.
+    fn regions(&self, sources: &[Found], group: &[usize], couplings: &[Coupling]) -> Vec<Region> {
+        let region = |&i: &usize| {
+            let of_it = couplings.iter().filter(|c| c.pair.contains(&i));
+            let strongest = of_it.fold(0.0f64, |most, c| most.max(c.strength));
+            let rho = strongest.min(MOST_COUPLING);
+            self.region(&sources[i].mode, 1.0 / (1.0 - rho * rho).sqrt())
+        };
+        group.iter().map(region).collect()
+    }
+
+    /// A sampler that starts from independent samples of the members.
+    fn start(
+        &self,
+        sources: &[Found],
+        group: &[usize],
+        regions: Vec<Region>,
+        view: JointView,
+    ) -> Active {
+        let seed = stream_seed(self.seed, [group[0] as u64, group.len() as u64, 0]);
+        let mut rng = ChaCha8Rng::seed_from_u64(stream_seed(seed, [0, 0, 0]));
+        let mut seeds = Vec::with_capacity(N_SEED * N_DIM * group.len());
+        for _ in 0..N_SEED {
+            for (&i, region) in group.iter().zip(&regions) {
+                let source = draw(&sources[i].mode.samples, rng.random());
+                seeds.extend(self.prior.unit(region, &source));
+            }
+        }
+        let config = PopulationConfig {
+            n_dim: N_DIM * group.len(),
+            n_draw: N_DRAW,
+            least_ess: LEAST_ESS,
+            seed,
+        };
+        Active {
+            group: group.to_vec(),
+            regions,
+            view,
+            sampler: Population::new(config, &seeds),
+        }
+    }
+
+    /// Runs the samplers side by side until all are finished.
+    fn sample(&self, dataset: &mut Dataset, active: &mut [Active]) -> Result<(), DetectError> {
+        loop {
+            let points: Vec<Vec<Source>> = active
+                .par_iter_mut()
+                .map(|a| sources_at(self, &a.regions, a.sampler.ask()))
+                .collect();
+            if points.iter().all(Vec::is_empty) {
+                return Ok(());
+            }
+            let jobs: Vec<(&JointView, &[Source])> = (active.iter().zip(&points))
+                .map(|(a, points)| (&a.view, points.as_slice()))
+                .collect();
+            let log_l = dataset.evaluate_joint_views(&jobs)?;
+            for (a, log_l) in active.iter_mut().zip(log_l) {
+                if !log_l.is_empty() {
+                    let told = a.sampler.tell(&log_l);
+                    told.map_err(|e| in_region(&a.regions[0], e))?;
+                }
+            }
+        }
+    }
+
+    /// Makes the draws of a finished group the posteriors of its members, unless they are too few
+    /// to tell anything; gives the group if they are good enough to stay.
+    fn take_over(&self, sources: &mut [Found], active: Active) -> Option<Vec<usize>> {
+        let Active {
+            group,
+            regions,
+            sampler,
+            ..
+        } = active;
+        let draws = sampler.finish();
+        tracing::debug!(
+            "sources {group:?} together: {:.0} effective of {} draws, tail index {:?}, {} evaluations",
+            draws.ess,
+            draws.log_l.len(),
+            draws.tail_index,
+            draws.n_eval
+        );
+        if draws.u.is_empty() || draws.ess < FEWEST_ESS {
+            return None;
+        }
+        let drawn = sources_at(self, &regions, &draws.u);
+        let mode = |(k, &i): (usize, &usize)| {
+            let drawn = drawn.iter().skip(k).step_by(group.len());
+            marginal(&sources[i].mode, drawn, &draws)
+        };
+        let modes: Vec<Mode> = group.iter().enumerate().map(mode).collect();
+        let is_cut_off = |(mode, region): (&Mode, &Region)| self.is_cut_off(mode, region);
+        let is_good = draws.is_converged && !modes.iter().zip(&regions).any(is_cut_off);
+        for (&i, mode) in group.iter().zip(modes) {
+            sources[i].mode = mode;
+        }
+        is_good.then_some(group)
+    }
+}
+
+/// A group that is being sampled.
+struct Active {
+    group: Vec<usize>,
+    regions: Vec<Region>,
+    view: JointView,
+    sampler: Population,
+}
+
+/// The sources at `u`, one for each region and point.
+fn sources_at(refinement: &Refinement, regions: &[Region], u: &[f64]) -> Vec<Source> {
+    let regions = regions.iter().cycle();
+    let at = |(u, region): (&[f64], &Region)| refinement.prior.source(region, u);
+    u.chunks_exact(N_DIM).zip(regions).map(at).collect()
+}
+
+/// The posterior of one member: its part of all joint draws, which carry the joint ln L.
+fn marginal<'a>(old: &Mode, drawn: impl Iterator<Item = &'a Source>, draws: &Draws) -> Mode {
+    let sample = |(source, (&log_l, &weight)): (&Source, (&f64, &f64))| ModeSample {
+        source: *source,
+        log_l,
+        weight,
+    };
+    let samples = drawn
+        .zip(draws.log_l.iter().zip(&draws.weight))
+        .map(sample)
+        .filter(|sample| sample.weight > NO_WEIGHT)
+        .collect();
+    let mut mode = Mode::new(old.tile, samples, old.log_z, old.log_z_err);
+    mode.best_xy = old.best_xy;
+    mode.is_unfinished = old.is_unfinished;
+    mode
+}
+
+/// The sample below which a share `u` of the weight lies.
+fn draw(samples: &[ModeSample], u: f64) -> Source {
+    let mut below = 0.0;
+    let is_it = |sample: &&ModeSample| {
+        below += sample.weight;
+        below > u
+    };
+    let found = samples.iter().find(is_it).or(samples.last());
+    found.map_or_else(Source::default, |sample| sample.source)
+}
+
+/// The rms of what is left of a table without the means of its rows and columns.
+fn interaction(mut table: DMatrix<f64>) -> f64 {
+    let (rows, columns) = table.shape();
+    if rows < 2 || columns < 2 {
+        return 0.0;
+    }
+    let (of_row, of_column, mean) = (table.column_mean(), table.row_mean(), table.mean());
+    for ((i, j), value) in (0..columns)
+        .flat_map(|j| (0..rows).map(move |i| (i, j)))
+        .zip(table.iter_mut())
+    {
+        *value += mean - of_row[i] - of_column[j];
+    }
+    table.norm() / ((rows - 1) as f64 * (columns - 1) as f64).sqrt()
+}
+
+/// Groups of at least two of `count` sources, each a connected part of the couplings: joined in
+/// order of strength, but for those that would make a group of more than [`MOST_MEMBERS`].
+fn groups(count: usize, couplings: &[Coupling]) -> Vec<Vec<usize>> {
+    let mut strongest_first = couplings.to_vec();
+    strongest_first.sort_by(|a, b| b.strength.total_cmp(&a.strength));
+    let mut groups: Vec<Vec<usize>> = (0..count).map(|i| vec![i]).collect();
+    for Coupling { pair, .. } in strongest_first {
+        let [a, b] = pair.map(|i| groups.iter().position(|group| group.contains(&i)));
+        if let (Some(a), Some(b)) = (a, b)
+            && a != b
+            && groups[a].len() + groups[b].len() <= MOST_MEMBERS
+        {
+            let mut other = groups.remove(a.max(b));
+            groups[a.min(b)].append(&mut other);
+        }
+    }
+    for group in &mut groups {
+        group.sort_unstable();
+    }
+    groups.retain(|group| group.len() > 1);
+    groups
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn coupling(i: usize, j: usize, strength: f64) -> Coupling {
+        Coupling {
+            pair: [i, j],
+            strength,
+        }
+    }
+
+    #[test]
+    fn coupled_sources_make_groups_and_the_strongest_stay_together() {
+        let chain: Vec<Coupling> = (0..7)
+            .map(|i| coupling(i, i + 1, 0.9 - 0.1 * i as f64))
+            .collect();
+        assert_eq!(groups(9, &chain[..2]), [vec![0, 1, 2]]);
+        let cut = groups(9, &chain);
+        assert_eq!(cut, [vec![0, 1, 2, 3, 4, 5], vec![6, 7]]);
+        let crossed = [coupling(0, 2, 0.5), coupling(1, 3, 0.6)];
+        assert_eq!(groups(4, &crossed), [vec![0, 2], vec![1, 3]]);
+        assert!(groups(3, &[]).is_empty());
+    }
+
+    #[test]
+    fn sources_coupled_beyond_their_group_are_marked() {
+        let mut joined = Joined::alone(4);
+        joined.group[1] = 0;
+        joined.mark_conditional(&[coupling(0, 1, 0.9), coupling(1, 2, 0.4)]);
+        assert_eq!(joined.is_conditional, [false, true, true, false]);
+    }
+
+    /// ln L of two Gaussians of correlation ρ is -ρ x y off the diagonal.
+    #[test]
+    fn the_coupling_of_gaussians_is_their_correlation() {
+        let x = [-1.5, -0.5, 0.5, 1.5].map(|x: f64| x * (3.0f64 / 5.0).sqrt());
+        let table = DMatrix::from_fn(4, 4, |i, j| 0.4 * x[i] * x[j] + 7.0 * x[i] - 3.0);
+        assert!((interaction(table) - 0.4).abs() < 1e-12);
+        assert_eq!(interaction(DMatrix::zeros(1, 5)), 0.0);
+    }
+}
