@@ -1,5 +1,6 @@
 //! The command line: flags exactly as typed, and what they do to the configuration.
 
+mod convert;
 mod evaluate;
 mod info;
 mod progress;
@@ -25,6 +26,8 @@ Examples:
       The single global run of Malyali et al. (2018).
   vis2cat info field.uvfits
       What is in the file, and how noisy it is.
+  vis2cat convert field.ms field.uvfits
+      The same visibilities in another format.
   vis2cat simulate field.uvfits --array ska1-mid --sources 20 --truth truth.fits
       A field to try it on.
   vis2cat evaluate sources.fits truth.fits
@@ -52,6 +55,8 @@ pub struct Cli {
 enum Command {
     /// Prints what is in a visibility file
     Info(info::InfoArgs),
+    /// Writes visibilities in another format
+    Convert(convert::ConvertArgs),
     /// Simulates an observation
     Simulate(Box<simulate::SimulateArgs>),
     /// Compares a catalogue with the truth
@@ -190,6 +195,7 @@ impl Cli {
     pub fn common(&self) -> CommonArgs {
         match &self.command {
             Some(Command::Info(args)) => args.common(),
+            Some(Command::Convert(args)) => args.common(),
             Some(Command::Simulate(args)) => args.common,
             Some(Command::Evaluate(_)) => CommonArgs::default(),
             None => self.detect.common,
@@ -203,6 +209,7 @@ impl Cli {
     pub fn execute(self) -> Result<(), RunError> {
         match self.command {
             Some(Command::Info(args)) => info::execute(&args),
+            Some(Command::Convert(args)) => convert::execute(&args),
             Some(Command::Simulate(args)) => simulate::execute(&args),
             Some(Command::Evaluate(args)) => evaluate::execute(&args),
             None => detect(self.detect),

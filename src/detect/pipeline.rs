@@ -67,8 +67,8 @@ pub struct Detection {
 /// What came of screening the tiles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Screening {
-    /// Tiles that could not hold a source when they were last looked at.
-    pub n_tile_skipped: usize,
+    /// Part of the field that was not searched, as it could not hold a source.
+    pub skipped: f64,
     /// Part of its signal-to-noise ratio that a source shows at least, for all but 1% of the prior.
     pub seen: f64,
     /// Tiles that hold something as far below zero as the cut is above it: by symmetry, as many
@@ -172,7 +172,7 @@ pub fn detect(
     };
     detection.sources = detected(sources, &certificates, &joined);
     detection.n_eval = dataset.n_eval();
-    detection.screening = queue.screening();
+    detection.screening = queue.screening(&settings.field);
     Ok(detection)
 }
 

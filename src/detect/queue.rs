@@ -4,6 +4,8 @@
 //! as the sidelobes of the brightest. Once those sources are subtracted it is screened again, and
 //! mostly there is nothing left in it.
 
+use std::collections::BTreeMap;
+
 use super::screen::screen;
 use super::{DetectError, Observer, Screening, Settings, Tile};
 use crate::dataset::{Dataset, Extremes, Survey};
@@ -25,6 +27,8 @@ pub(super) struct Queue {
     faint: Vec<Tile>,
     /// How they are screened; none: they are not.
     survey: Option<Survey>,
+    /// Area of each tile that was searched, by its number [rad²].
+    searched: BTreeMap<usize, f64>,
     /// Tiles in which, last time, something as far below zero as the cut was above it.
     n_negative: usize,
 }
@@ -35,16 +39,17 @@ impl Queue {
         Ok(Self {
             open: settings.tiles.clone(),
             faint: Vec::new(),
+            searched: BTreeMap::new(),
             survey: settings.screening.then(plan).transpose()?,
             n_negative: 0,
         })
     }
 
-    /// What came of the screening: the tiles left out in the end, the part of its signal-to-noise
+    /// What came of the screening: the part of the field left out, the part of its signal-to-noise
     /// ratio that a source shows, tiles with a negative peak as high as the cut.
-    pub(super) fn screening(&self) -> Option<Screening> {
+    pub(super) fn screening(&self, field: &Region) -> Option<Screening> {
         self.survey.as_ref().map(|survey| Screening {
-            n_tile_skipped: self.faint.len(),
+            skipped: 1.0 - self.searched.values().sum::<f64>() / field.area(),
             seen: survey.seen(),
             n_negative: self.n_negative,
         })
@@ -99,7 +104,12 @@ impl Queue {
         );
         let margin_rad = SEARCH_BEAMS * settings.beam_rad;
         let search = |i: usize| Search::around(&bright[i].0, &bright[i].1, margin_rad);
-        Ok(now.into_iter().map(search).collect())
+        let searches: Vec<Search> = now.into_iter().map(search).collect();
+        for Search { tile, region } in &searches {
+            let area = self.searched.entry(tile.id).or_default();
+            *area = area.max(region.clipped(&tile.core).area());
+        }
+        Ok(searches)
     }
 }
 

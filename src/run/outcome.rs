@@ -339,11 +339,10 @@ fn run_entries(
         )
     }));
     if let Some(screening) = detection.screening {
-        let n_tile = settings.tiles.len() as f64;
         entries.extend([
             RunEntry::new(
                 "search.skipped",
-                screening.n_tile_skipped as f64 / n_tile,
+                screening.skipped,
                 "part of the field that was not searched",
             ),
             RunEntry::new(

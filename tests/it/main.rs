@@ -4,6 +4,7 @@
 
 mod catalogue;
 mod cli;
+mod convert;
 mod detect;
 mod evaluate;
 mod oracles;
