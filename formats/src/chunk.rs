@@ -45,6 +45,17 @@ pub struct VisChunk {
     pub flag_rfp: Vec<bool>,
 }
 
+/// A row without its visibilities, in the senses of a [`VisChunk`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RowHead {
+    pub(crate) uvw_m: [f64; 3],
+    pub(crate) time_mjd: f64,
+    pub(crate) interval_s: f64,
+    pub(crate) ants: [u32; 2],
+    pub(crate) field: u32,
+    pub(crate) freq_setup: u32,
+}
+
 impl VisChunk {
     /// An empty chunk that takes at most `max_row` rows a read (at least one).
     pub fn new(max_row: usize) -> Self {
@@ -69,6 +80,17 @@ impl VisChunk {
         self.vis_jy_rfp.clear();
         self.weight_rfp.clear();
         self.flag_rfp.clear();
+    }
+
+    /// Appends what a row says besides its visibilities.
+    pub(crate) fn push(&mut self, head: &RowHead) {
+        self.uvw_m_r.push(head.uvw_m);
+        self.time_mjd_r.push(head.time_mjd);
+        self.interval_s_r.push(head.interval_s);
+        self.ant1_r.push(head.ants[0]);
+        self.ant2_r.push(head.ants[1]);
+        self.field_r.push(head.field);
+        self.freq_setup_r.push(head.freq_setup);
     }
 
     /// Values in one row: channels times correlations.

@@ -44,6 +44,7 @@ mod h5;
 #[cfg(feature = "ms")]
 mod ms;
 mod observation;
+mod odd;
 mod open;
 mod pending;
 #[cfg(feature = "ms")]

@@ -6,11 +6,12 @@ use super::antennas::Antennas;
 use super::columns::{self, Weights};
 use super::describe::describe;
 use super::fields::Fields;
-use super::rows::{RowHead, Tables, freq_setup};
+use super::rows::{self, Tables, freq_setup};
 use super::samples::Samples;
 use super::windows::Windows;
 use crate::casa::Table;
 use crate::direction;
+use crate::odd::OddSamples;
 use crate::{MsNotes, Observation, ReadError, VisChunk, VisReader};
 
 /// Rows looked at to tell which way the baselines run.
@@ -34,14 +35,6 @@ pub struct MsReader {
     samples: Samples,
     next_row: u64,
     odd: OddSamples,
-}
-
-/// Samples that were flagged for not being finite.
-#[derive(Debug, Default)]
-struct OddSamples {
-    count: u64,
-    first_row: u64,
-    reported: bool,
 }
 
 impl MsReader {
@@ -102,7 +95,7 @@ impl MsReader {
         let mut evidence = Vec::new();
         for row in (0..n_row).step_by(n_row.div_ceil(DIRECTION_ROWS) as usize) {
             // A row that is wrong is an error when its turn comes; there is no use in meeting it twice.
-            let Ok(head) = RowHead::read(&mut self.main, row, &self.tables) else {
+            let Ok((head, _)) = rows::read(&mut self.main, row, &self.tables) else {
                 break;
             };
             let field = &self.observation.fields[head.field as usize];
@@ -127,22 +120,13 @@ impl MsReader {
     /// Appends the next row to a chunk of its shape.
     fn append(&mut self, chunk: &mut VisChunk) -> Result<(), ReadError> {
         let row = self.next_row;
-        let head = RowHead::read(&mut self.main, row, &self.tables)?;
+        let (head, is_flagged) = rows::read(&mut self.main, row, &self.tables)?;
         let n_odd = self
             .samples
-            .append(&mut self.main, row, head.flagged, chunk)?;
-        chunk.uvw_m_r.push(head.uvw_m);
-        chunk.time_mjd_r.push(head.time_mjd);
-        chunk.interval_s_r.push(head.interval_s);
-        chunk.ant1_r.push(head.ants[0]);
-        chunk.ant2_r.push(head.ants[1]);
-        chunk.field_r.push(head.field);
-        chunk.freq_setup_r.push(head.freq_setup);
+            .append(&mut self.main, row, is_flagged, chunk)?;
+        chunk.push(&head);
         chunk.n_row += 1;
-        if n_odd > 0 && self.odd.count == 0 {
-            self.odd.first_row = row;
-        }
-        self.odd.count += n_odd;
+        self.odd.add(n_odd, row);
         self.next_row += 1;
         Ok(())
     }
@@ -160,19 +144,6 @@ impl MsReader {
         }
         Ok(())
     }
-
-    /// Tells once, at the end of the first whole pass, what was flagged on the way.
-    fn report_odd(&mut self) {
-        if self.odd.count > 0 && !self.odd.reported {
-            self.observation.warnings.push(format!(
-                "{} samples have a visibility or weight that is not finite and were flagged, the \
-                 first in row {}",
-                self.odd.count,
-                self.odd.first_row + 1
-            ));
-            self.odd.reported = true;
-        }
-    }
 }
 
 impl VisReader for MsReader {
@@ -189,16 +160,15 @@ impl VisReader for MsReader {
             return Err(error);
         }
         if self.next_row == self.main.n_row {
-            self.report_odd();
+            let warnings = &mut self.observation.warnings;
+            self.odd.tell("the first in row", warnings);
         }
         Ok(chunk.n_row)
     }
 
     fn rewind(&mut self) -> Result<(), ReadError> {
         self.next_row = 0;
-        if !self.odd.reported {
-            self.odd.count = 0;
-        }
+        self.odd.rewind();
         Ok(())
     }
 }

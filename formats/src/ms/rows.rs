@@ -9,6 +9,7 @@ use super::fields::Fields;
 use super::windows::Windows;
 use crate::ReadError;
 use crate::casa::Table;
+use crate::chunk::RowHead;
 
 /// What rows refer to.
 #[derive(Debug)]
@@ -18,46 +19,36 @@ pub(super) struct Tables {
     pub(super) windows: Windows,
 }
 
-/// A row without its visibilities.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct RowHead {
-    pub(super) uvw_m: [f64; 3],
-    pub(super) time_mjd: f64,
-    pub(super) interval_s: f64,
-    pub(super) ants: [u32; 2],
-    pub(super) field: u32,
-    pub(super) freq_setup: u32,
-    /// Whether all of the row is bad.
-    pub(super) flagged: bool,
-}
-
-impl RowHead {
-    pub(super) fn read(main: &mut Table, row: u64, tables: &Tables) -> Result<Self, ReadError> {
-        let uvw_m = main.shaped::<f64>("UVW", row, &[3])?;
-        let time_mjd = main.scalar::<f64>("TIME", row)? / DAY_S;
-        for (column, values) in [("UVW", uvw_m.as_slice()), ("TIME", &[time_mjd])] {
-            if let Some(bad) = values.iter().find(|x| !x.is_finite()) {
-                return Err(main.cell_error(column, row, format!("{bad} is not finite")));
-            }
+/// A row without its visibilities, and whether all of it is bad.
+pub(super) fn read(
+    main: &mut Table,
+    row: u64,
+    tables: &Tables,
+) -> Result<(RowHead, bool), ReadError> {
+    let uvw_m = main.shaped::<f64>("UVW", row, &[3])?;
+    let time_mjd = main.scalar::<f64>("TIME", row)? / DAY_S;
+    for (column, values) in [("UVW", uvw_m.as_slice()), ("TIME", &[time_mjd])] {
+        if let Some(bad) = values.iter().find(|x| !x.is_finite()) {
+            return Err(main.cell_error(column, row, format!("{bad} is not finite")));
         }
-        let ants = [
-            antenna(main, "ANTENNA1", row, tables)?,
-            antenna(main, "ANTENNA2", row, tables)?,
-        ];
-        let number = main.scalar::<i32>("FIELD_ID", row)?;
-        let field = tables.fields.find(number);
-        let flagged = main.scalar::<bool>("FLAG_ROW", row)?
-            || ants.iter().any(|&ant| tables.antennas.is_flagged(ant));
-        Ok(Self {
-            uvw_m: [uvw_m[0], uvw_m[1], uvw_m[2]],
-            time_mjd,
-            interval_s: interval_s(main, row)?,
-            ants,
-            field: field.map_err(|what| main.cell_error("FIELD_ID", row, what))?,
-            freq_setup: freq_setup(main, row, tables)?,
-            flagged,
-        })
     }
+    let ants = [
+        antenna(main, "ANTENNA1", row, tables)?,
+        antenna(main, "ANTENNA2", row, tables)?,
+    ];
+    let number = main.scalar::<i32>("FIELD_ID", row)?;
+    let field = tables.fields.find(number);
+    let is_flagged = main.scalar::<bool>("FLAG_ROW", row)?
+        || ants.iter().any(|&ant| tables.antennas.is_flagged(ant));
+    let head = RowHead {
+        uvw_m: [uvw_m[0], uvw_m[1], uvw_m[2]],
+        time_mjd,
+        interval_s: interval_s(main, row)?,
+        ants,
+        field: field.map_err(|what| main.cell_error("FIELD_ID", row, what))?,
+        freq_setup: freq_setup(main, row, tables)?,
+    };
+    Ok((head, is_flagged))
 }
 
 /// The place in the set-ups of a row's spectral window.

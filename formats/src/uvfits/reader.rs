@@ -11,10 +11,12 @@ use super::frequencies::Frequencies;
 use super::groups::Layout;
 use super::parameters::{Parameters, Projection, Quantity, from_ncp};
 use super::sources::Sources;
+use crate::chunk::RowHead;
 use crate::date;
 use crate::direction;
 use crate::fits::header::{Header, Place};
 use crate::fits::scan::{self, Hdu};
+use crate::odd::OddSamples;
 use crate::{Observation, ReadError, VisChunk, VisReader};
 
 /// Bytes read from the file at a time (at least one group).
@@ -47,25 +49,6 @@ pub struct UvfitsReader {
     next_row: u64,
     buffer: Vec<u8>,
     odd: OddSamples,
-}
-
-/// A row without its visibilities.
-#[derive(Debug, Clone, Copy)]
-struct RowHead {
-    uvw_m: [f64; 3],
-    time_mjd: f64,
-    interval_s: f64,
-    ants: [u32; 2],
-    field: u32,
-    freq_setup: u32,
-}
-
-/// Samples that were flagged for not being finite.
-#[derive(Debug, Default)]
-struct OddSamples {
-    count: u64,
-    first_row: u64,
-    reported: bool,
 }
 
 impl UvfitsReader {
@@ -127,19 +110,10 @@ impl UvfitsReader {
     fn append(&mut self, group: &[u8], chunk: &mut VisChunk) -> Result<(), ReadError> {
         let row = self.next_row;
         let head = self.head(row, group)?;
-        chunk.uvw_m_r.push(head.uvw_m);
-        chunk.time_mjd_r.push(head.time_mjd);
-        chunk.interval_s_r.push(head.interval_s);
-        chunk.ant1_r.push(head.ants[0]);
-        chunk.ant2_r.push(head.ants[1]);
-        chunk.field_r.push(head.field);
-        chunk.freq_setup_r.push(head.freq_setup);
+        chunk.push(&head);
         let n_odd = self.layout.append_data(group, chunk);
         chunk.n_row += 1;
-        if n_odd > 0 && self.odd.count == 0 {
-            self.odd.first_row = row;
-        }
-        self.odd.count += n_odd;
+        self.odd.add(n_odd, row);
         self.next_row += 1;
         Ok(())
     }
@@ -280,19 +254,6 @@ impl UvfitsReader {
         let at = format!("group {} of {}: {name}", row + 1, self.observation.n_row);
         self.place.malformed(&at, what)
     }
-
-    /// Tells once, at the end of the first whole pass, what was flagged on the way.
-    fn report_odd(&mut self) {
-        if self.odd.count > 0 && !self.odd.reported {
-            self.observation.warnings.push(format!(
-                "{} samples have a visibility or weight that is not finite and were flagged, the \
-                 first in group {}",
-                self.odd.count,
-                self.odd.first_row + 1
-            ));
-            self.odd.reported = true;
-        }
-    }
 }
 
 impl VisReader for UvfitsReader {
@@ -329,16 +290,15 @@ impl VisReader for UvfitsReader {
         if result.is_err() {
             chunk.clear(n_chan, self.observation.corrs.len());
         } else if self.next_row == self.observation.n_row {
-            self.report_odd();
+            let warnings = &mut self.observation.warnings;
+            self.odd.tell("the first in group", warnings);
         }
         result
     }
 
     fn rewind(&mut self) -> Result<(), ReadError> {
         self.next_row = 0;
-        if !self.odd.reported {
-            self.odd.count = 0;
-        }
+        self.odd.rewind();
         self.file
             .seek(SeekFrom::Start(self.data_offset))
             .map_err(|e| self.place.io(e))?;

@@ -15,6 +15,7 @@ use super::rows::{Rows, Tables};
 use super::tile::{TILE_VALUES, Tile};
 use crate::direction;
 use crate::h5::{Group, Kind};
+use crate::odd::OddSamples;
 use crate::{Observation, ReadError, VisChunk, VisReader};
 
 /// Rows looked at to tell which way the baselines run.
@@ -43,14 +44,6 @@ pub struct Uvh5Reader {
     next_row: usize,
     tile: Tile,
     odd: OddSamples,
-}
-
-/// Samples that were flagged for not being finite.
-#[derive(Debug, Default)]
-struct OddSamples {
-    count: u64,
-    first_row: usize,
-    reported: bool,
 }
 
 impl Uvh5Reader {
@@ -145,10 +138,7 @@ impl Uvh5Reader {
         };
         let n = self.rows.append(row, n, tables, chunk)?;
         let n_odd = self.append_samples(row, n, chunk);
-        if n_odd > 0 && self.odd.count == 0 {
-            self.odd.first_row = row;
-        }
-        self.odd.count += n_odd;
+        self.odd.add(n_odd, row as u64);
         chunk.n_row += n;
         self.next_row += n;
         Ok(())
@@ -178,19 +168,6 @@ impl Uvh5Reader {
         }
         n_odd
     }
-
-    /// Tells once, at the end of the first whole pass, what was flagged on the way.
-    fn report_odd(&mut self) {
-        if self.odd.count > 0 && !self.odd.reported {
-            self.observation.warnings.push(format!(
-                "{} samples have a visibility or weight that is not finite and were flagged, the \
-                 first in or after row {}",
-                self.odd.count,
-                self.odd.first_row + 1
-            ));
-            self.odd.reported = true;
-        }
-    }
 }
 
 impl VisReader for Uvh5Reader {
@@ -211,16 +188,15 @@ impl VisReader for Uvh5Reader {
             }
         }
         if self.next_row == n_row {
-            self.report_odd();
+            let warnings = &mut self.observation.warnings;
+            self.odd.tell("the first in or after row", warnings);
         }
         Ok(wanted)
     }
 
     fn rewind(&mut self) -> Result<(), ReadError> {
         self.next_row = 0;
-        if !self.odd.reported {
-            self.odd.count = 0;
-        }
+        self.odd.rewind();
         Ok(())
     }
 }

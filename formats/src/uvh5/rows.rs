@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use super::antennas::Antennas;
 use super::phase_centres::PhaseCentres;
+use crate::chunk::RowHead;
 use crate::date::MJD_ZERO_JD;
 use crate::h5::{Dataset, Group};
 use crate::{ReadError, VisChunk};
@@ -28,16 +29,6 @@ pub(super) struct Rows {
     ant1: Column<i64>,
     ant2: Column<i64>,
     phase_centre: Option<Column<i64>>,
-}
-
-/// A row without its visibilities, in the senses of a [`VisChunk`].
-#[derive(Debug, Clone, Copy)]
-pub(super) struct RowHead {
-    pub(super) uvw_m: [f64; 3],
-    pub(super) time_mjd: f64,
-    pub(super) interval_s: f64,
-    pub(super) ants: [u32; 2],
-    pub(super) field: u32,
 }
 
 /// What rows refer to.
@@ -91,13 +82,7 @@ impl Rows {
         }
         for row in row..row + n {
             let head = self.head(row, tables)?;
-            chunk.uvw_m_r.push(head.uvw_m);
-            chunk.time_mjd_r.push(head.time_mjd);
-            chunk.interval_s_r.push(head.interval_s);
-            chunk.ant1_r.push(head.ants[0]);
-            chunk.ant2_r.push(head.ants[1]);
-            chunk.field_r.push(head.field);
-            chunk.freq_setup_r.push(0);
+            chunk.push(&head);
         }
         Ok(n)
     }
@@ -150,6 +135,7 @@ impl Rows {
             interval_s: interval.map_or(self.interval_s, |c| known_interval(c.at(row)[0])),
             ants: [ant(&self.ant1)?, ant(&self.ant2)?],
             field,
+            freq_setup: 0,
         })
     }
 }
