@@ -15,6 +15,7 @@ mod certify;
 mod density;
 mod explore;
 mod joint;
+mod leftover;
 mod mean_shift;
 mod mode;
 mod pipeline;

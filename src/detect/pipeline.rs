@@ -5,6 +5,7 @@ use super::certify::{Certificate, certify};
 use super::density::expected_sources;
 use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore};
 use super::joint::Joined;
+use super::leftover::Leftovers;
 use super::queue::{Queue, Search};
 use super::refine::{Found, Refinement};
 use super::{DetectError, Mode, Observer, Status, Tile};
@@ -106,10 +107,14 @@ pub fn detect(
     let mut detection = Detection::default();
     let mut sources: Vec<Found> = Vec::new();
     let mut queue = Queue::new(dataset, settings)?;
+    let mut leftovers = Leftovers::default();
     // Sources that were all sampled with all the others removed.
     let mut n_settled = 0;
     for round in 0..MOST_ROUNDS {
-        let searches = queue.take(dataset, settings, observer)?;
+        // What the models of these leave beside them is looked for below the cut.
+        let is_settled = settings.refine && n_settled == sources.len();
+        let settled = if is_settled { &sources[..] } else { &[] };
+        let searches = queue.take(dataset, settings, settled, observer)?;
         if searches.is_empty() {
             if n_settled == sources.len() || !settings.refine {
                 break;
@@ -123,7 +128,7 @@ pub fn detect(
             continue;
         }
         detection.n_tile_searched += searches.len();
-        let first = sources.len();
+        let (first, first_mode) = (sources.len(), detection.modes.len());
         search(
             dataset,
             settings,
@@ -133,9 +138,21 @@ pub fn detect(
             &mut detection,
             observer,
         )?;
-        if settings.refine && sources.len() > first {
-            let refinement = refinement(settings, round);
+        if !settings.refine {
+            continue;
+        }
+        let refinement = refinement(settings, round);
+        if sources.len() > first {
             refinement.settle(dataset, &mut sources, first, observer)?;
+        }
+        let (modes, cuts) = (&mut detection.modes, &settings.cuts);
+        let tries = leftovers.take(modes, first_mode, &sources, settings.beam_rad);
+        if !tries.is_empty() {
+            let first = sources.len();
+            sources.extend(tries);
+            refinement.try_leftovers(dataset, &mut sources, first, modes, cuts, observer)?;
+        }
+        if sources.len() > first {
             // A tile in which something was found may hold more.
             let holds = |tile: &Tile| {
                 sources[first..]

@@ -3,7 +3,8 @@
 //! A galaxy whose first model was poor, because others still stood in its sidelobes, leaves
 //! something behind that can pass for a second source; sampled in turn, the two then share the
 //! galaxy between them. So every source that is close to a brighter one has to stand a test: the
-//! neighbour is sampled without it, and what the data still hold of it must pass the cut.
+//! neighbour is sampled without it, and both together must fit the data better than that by as much
+//! as a source at the cut does.
 
 use super::explore::{SamplerSettings, Target, explore};
 use super::pipeline::stream_seed;
@@ -38,10 +39,12 @@ impl Refinement<'_> {
                 continue;
             };
             let alone = self.sample_without(dataset, sources, i, j, observer)?;
-            let mut without = sources.clone();
-            without[j] = without[j].redrafted(alone);
-            without.remove(i);
-            if is_explained(dataset, &tested.mode, &without, cuts)? {
+            let gain = gain(dataset, sources, [i, j], &alone)?;
+            tracing::debug!("a close neighbour adds {gain:.1} to ln L");
+            if gain < 0.5 * cuts.snr * cuts.snr {
+                let mut without = sources.clone();
+                without[j] = without[j].redrafted(alone);
+                without.remove(i);
                 let mode = &mut modes[tested.origin];
                 mode.status = Status::PartOfNeighbour;
                 mode.explained_by = Some(sources[j].origin);
@@ -105,20 +108,29 @@ impl Refinement<'_> {
     }
 }
 
-/// With the sources `without` removed, is what is left of `mode` below the cut?
-fn is_explained(
+/// How much larger ln L is with sources `i` and `j` than with source `j` as it is `alone`.
+fn gain(
     dataset: &mut Dataset,
-    mode: &Mode,
-    without: &[Found],
-    cuts: &Cuts,
-) -> Result<bool, DetectError> {
-    dataset.set_removed(means(without));
-    let points = mode.samples.iter().map(|sample| sample.source).collect();
-    let xy = dataset.evaluate(&[Request {
-        points,
-        restored: Vec::new(),
-    }])?;
-    Ok(!xy[0].iter().any(|xy| cuts.passes_still(*xy)))
+    sources: &[Found],
+    [i, j]: [usize; 2],
+    alone: &Mode,
+) -> Result<f64, DetectError> {
+    let mut others = sources.to_vec();
+    let tested = others.remove(i).mode.best;
+    dataset.set_removed(means(&others));
+    let neighbour = sources[j].mode.mean;
+    let xy = dataset.evaluate(&[
+        Request {
+            points: vec![tested],
+            restored: Vec::new(),
+        },
+        Request {
+            points: vec![neighbour, alone.best],
+            restored: vec![neighbour],
+        },
+    ])?;
+    let with = xy[0][0].log_l(tested.flux_jy) + xy[1][0].log_l(neighbour.flux_jy);
+    Ok(with - xy[1][1].log_l(alone.best.flux_jy))
 }
 
 fn flux_jy(found: &Found) -> f64 {

@@ -6,8 +6,9 @@
 
 use std::collections::BTreeMap;
 
+use super::refine::Found;
 use super::screen::screen;
-use super::{DetectError, Observer, Screening, Settings, Tile};
+use super::{DetectError, Observer, Screening, Settings, Tile, leftover};
 use crate::dataset::{Dataset, Extremes, Survey};
 use crate::prior::Region;
 
@@ -66,11 +67,13 @@ impl Queue {
         self.open.push(tile);
     }
 
-    /// What to search now; nothing if no open tile can hold a source.
+    /// What to search now; nothing if no open tile can hold a source, or something that the model of
+    /// one of `settled` leaves.
     pub(super) fn take(
         &mut self,
         dataset: &mut Dataset,
         settings: &Settings,
+        settled: &[Found],
         observer: &mut dyn Observer,
     ) -> Result<Vec<Search>, DetectError> {
         let tiles = std::mem::take(&mut self.open);
@@ -84,14 +87,29 @@ impl Queue {
         } else {
             0.0
         };
-        let seen = screen(dataset, survey, &tiles, faintest, part, observer)?;
+        let faintest_left = survey.seen() * leftover::LEAST_SNR;
+        let limit = |tile: &Tile| {
+            let about = tile.core.grown(leftover::CLOSE_BEAMS * settings.beam_rad);
+            let is_beside = |found: &Found| about.contains(found.mode.mean.lm);
+            if settled.iter().any(is_beside) {
+                faintest_left.min(faintest)
+            } else {
+                faintest
+            }
+        };
+        let lowest = if settled.is_empty() {
+            faintest
+        } else {
+            faintest_left.min(faintest)
+        };
+        let seen = screen(dataset, survey, &tiles, lowest, part, observer)?;
         let is_negative = |seen: &&Extremes| seen.low <= -settings.cuts.snr;
         self.n_negative = seen.iter().filter(is_negative).count();
         let brightest = seen.iter().map(|seen| seen.high).fold(0.0, f64::max);
         let (bright, faint): (Vec<_>, Vec<_>) = tiles
             .into_iter()
             .zip(seen)
-            .partition(|(_, seen)| seen.high >= faintest);
+            .partition(|(tile, seen)| seen.high >= limit(tile));
         self.faint.extend(faint.into_iter().map(|(tile, _)| tile));
         // Without subtraction there is nothing to wait for.
         let waits = |i: usize| settings.refine && waits(&bright, i, SIDELOBE * brightest);

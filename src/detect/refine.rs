@@ -68,7 +68,7 @@ impl Found {
 
 /// How thoroughly a source is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Depth {
+pub(super) enum Depth {
     /// Well enough to subtract it; neighbours that it could bridge to may still be unknown.
     Draft,
     /// For the catalogue.
@@ -183,7 +183,7 @@ impl Refinement<'_> {
 
     /// One pass over the sources `which`: near ones come one after the other, so that each sees
     /// the latest of its neighbours.
-    fn round(
+    pub(super) fn round(
         &self,
         dataset: &mut Dataset,
         sources: &mut [Found],
