@@ -44,7 +44,9 @@ impl Leftovers {
             let is_known = self.tried.iter().any(|lm| lm.distance(at) < beam_rad);
             if is_left && !is_known && sources.iter().any(is_close) {
                 self.tried.push(at);
-                taken.push(Found::new(i, mode.clone()));
+                let mut found = Found::new(i, mode.clone());
+                found.is_leftover = true;
+                taken.push(found);
             }
         }
         taken

@@ -3,8 +3,9 @@
 //! A galaxy whose first model was poor, because others still stood in its sidelobes, leaves
 //! something behind that can pass for a second source; sampled in turn, the two then share the
 //! galaxy between them. So every source that is close to a brighter one has to stand a test: the
-//! neighbour is sampled without it, and both together must fit the data better than that by as much
-//! as a source at the cut does.
+//! neighbour is sampled without it, and what the data still hold of it must pass the cut. One that was
+//! known to leave less (`leftover`) must fit the data, with its neighbour, better than that one alone
+//! by as much as a source at the cut does.
 
 use super::explore::{SamplerSettings, Target, explore};
 use super::pipeline::stream_seed;
@@ -39,12 +40,15 @@ impl Refinement<'_> {
                 continue;
             };
             let alone = self.sample_without(dataset, sources, i, j, observer)?;
-            let gain = gain(dataset, sources, [i, j], &alone)?;
-            tracing::debug!("a close neighbour adds {gain:.1} to ln L");
-            if gain < 0.5 * cuts.snr * cuts.snr {
-                let mut without = sources.clone();
-                without[j] = without[j].redrafted(alone);
-                without.remove(i);
+            let mut without = sources.clone();
+            without[j] = without[j].redrafted(alone);
+            without.remove(i);
+            let is_explained = if tested.is_leftover {
+                gain(dataset, sources, [i, j], &without)? < 0.5 * cuts.snr * cuts.snr
+            } else {
+                is_explained(dataset, &tested.mode, &without, cuts)?
+            };
+            if is_explained {
                 let mode = &mut modes[tested.origin];
                 mode.status = Status::PartOfNeighbour;
                 mode.explained_by = Some(sources[j].origin);
@@ -108,29 +112,48 @@ impl Refinement<'_> {
     }
 }
 
-/// How much larger ln L is with sources `i` and `j` than with source `j` as it is `alone`.
+/// With the sources `without` removed, is what is left of `mode` below the cut?
+fn is_explained(
+    dataset: &mut Dataset,
+    mode: &Mode,
+    without: &[Found],
+    cuts: &Cuts,
+) -> Result<bool, DetectError> {
+    dataset.set_removed(means(without));
+    let points = mode.samples.iter().map(|sample| sample.source).collect();
+    let xy = dataset.evaluate(&[Request {
+        points,
+        restored: Vec::new(),
+    }])?;
+    Ok(!xy[0].iter().any(|xy| cuts.passes_still(*xy)))
+}
+
+/// How much larger ln L is with source `i` beside source `j` than it is `without` source `i`.
 fn gain(
     dataset: &mut Dataset,
     sources: &[Found],
     [i, j]: [usize; 2],
-    alone: &Mode,
+    without: &[Found],
 ) -> Result<f64, DetectError> {
     let mut others = sources.to_vec();
     let tested = others.remove(i).mode.best;
     dataset.set_removed(means(&others));
-    let neighbour = sources[j].mode.mean;
+    let (neighbour, place) = (sources[j].mode.mean, j - usize::from(j > i));
+    let alone = without[place].mode.best;
     let xy = dataset.evaluate(&[
         Request {
             points: vec![tested],
             restored: Vec::new(),
         },
         Request {
-            points: vec![neighbour, alone.best],
+            points: vec![neighbour, alone],
             restored: vec![neighbour],
         },
     ])?;
     let with = xy[0][0].log_l(tested.flux_jy) + xy[1][0].log_l(neighbour.flux_jy);
-    Ok(with - xy[1][1].log_l(alone.best.flux_jy))
+    let gain = with - xy[1][1].log_l(alone.flux_jy);
+    tracing::debug!("what its neighbour left of a source adds {gain:.1} to ln L");
+    Ok(gain)
 }
 
 fn flux_jy(found: &Found) -> f64 {

@@ -33,6 +33,8 @@ pub(super) struct Found {
     witnesses: Vec<(Source, f64)>,
     /// Its posterior is good enough for the catalogue, as long as nothing changes about it.
     is_full: bool,
+    /// The model of a neighbour had taken it in.
+    pub(super) is_leftover: bool,
     /// How many times larger than usual the region about it is: its posterior reached the edge.
     widening: f64,
 }
@@ -45,6 +47,7 @@ impl Found {
             mode,
             witnesses,
             is_full: false,
+            is_leftover: false,
             widening: 1.0,
         }
     }

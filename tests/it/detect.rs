@@ -36,6 +36,14 @@ RA,DEC,Total_flux,Scale_length,E1,E2
 53.1226108161,-30.3203582949,130.8,1.746,-0.006,-0.439
 ";
 
+/// A faint galaxy 10 arcsec from a bright one, both of which one long disk fits so well that it leaves
+/// 5 standard deviations.
+const SWALLOWED: &str = "\
+RA,DEC,Total_flux,Scale_length,E1,E2
+53.1000,-30.0001,12.7634,0.6378,-0.4231,-0.1211
+53.0967,-29.9999,53.0588,1.7202,-0.12,-0.0017
+";
+
 /// No estimate may be further from the truth than this many of its own errors.
 const LARGEST_PULL: f64 = 5.0;
 /// A match: within three sigma, and at least this.
@@ -482,6 +490,29 @@ fn a_faint_galaxy_beside_a_bright_one_is_sampled_with_it() {
     // Certified together, and drawn from something that is not the exact likelihood.
     let off = column(&rows, "Max_dlogL");
     assert!(off[0] == off[1] && off[0] > 0.0 && off[0] < 5.0, "{off:?}");
+}
+
+#[test]
+fn what_a_long_disk_has_swallowed_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let in_folder = |name: &str| folder.path().join(name).display().to_string();
+    let (list, data) = (in_folder("sky.csv"), in_folder("field.uvfits"));
+    let (truth, out) = (in_folder("truth.fits"), in_folder("out.fits"));
+    std::fs::write(&list, SWALLOWED).unwrap();
+    let simulate = format!(
+        "simulate {data} --array ska1-mid --tint 1h --sefd 400Jy --seed 5 --catalogue {list} --truth {truth}"
+    );
+    vis2cat_ok(simulate.split_whitespace());
+    vis2cat_ok(format!("{data} {out} --fov 1arcmin").split_whitespace());
+    let truth = read_sources(Path::new(&truth)).unwrap();
+    let pull = largest_pull(&read_table(Path::new(&out), None).unwrap(), &truth);
+    assert!(pull < LARGEST_PULL, "{pull}");
+    let modes = read_table(Path::new(&out), Some("MODES")).unwrap();
+    let status = modes.strings("Status").unwrap();
+    assert_eq!(status.iter().filter(|s| *s == "kept").count(), 2);
+    // Its first mode lies below the cut.
+    let snr = modes.numbers("SNR_peak").unwrap();
+    assert!(snr.iter().any(|snr| *snr < 6.0), "{snr:?}");
 }
 
 #[test]
