@@ -34,6 +34,9 @@ pub const BLOCK_LEN: usize = 8192;
 /// Bytes that a sample takes in a block.
 pub const SAMPLE_BYTES: usize = 3 * size_of::<f64>() + 3 * size_of::<f32>();
 
+/// Blocks that are copied and sorted at a time, to fill facets (19 MB).
+const FEW_BLOCKS: usize = 64;
+
 /// Something went wrong on the way from the file to the samples.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -138,6 +141,16 @@ impl Dataset {
             Store::Streamed(stream) => stream.removed = models,
         }
         self.removed = sources;
+    }
+
+    /// As [`Dataset::for_each_batch`], a few blocks at a time: for those who copy them.
+    fn for_few_blocks(&mut self, mut visit: impl FnMut(&[VisBlock])) -> Result<(), DatasetError> {
+        self.for_each_batch(|blocks| blocks.chunks(FEW_BLOCKS).for_each(&mut visit))
+    }
+
+    /// Things of `bytes` bytes that fit the memory budget at a time, at least one.
+    fn at_a_time(&self, bytes: usize) -> usize {
+        (self.memory_bytes / bytes as f64).max(1.0) as usize
     }
 
     /// Calls `visit` with the samples less the removed sources, batches of blocks in file order.

@@ -5,15 +5,12 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::views::BLOCKS_AT_A_TIME;
+use super::views::POINTS_PER_TASK;
 use super::{Dataset, DatasetError, View, ViewRequest};
 use crate::likelihood::facet::{CrossBuilder, CrossFacet, FacetPlan};
 use crate::likelihood::{PairTerm, Xy, accumulate_pairs, joint_log_l, pairs};
 use crate::prior::Region;
 use crate::rime::Source;
-
-/// Points of a view that one core evaluates at a time.
-const POINTS_PER_TASK: usize = 8;
 
 /// Regions about sources that are looked at together.
 pub struct JointView {
@@ -62,11 +59,7 @@ impl Dataset {
             let centre = |&i: &usize| united(&groups[i]).from_unit(0.5, 0.5);
             let centres: Vec<_> = which.iter().map(centre).collect();
             let mut builder = CrossBuilder::new(plan, &centres);
-            self.for_each_batch(|blocks| {
-                for blocks in blocks.chunks(BLOCKS_AT_A_TIME) {
-                    builder.add(blocks);
-                }
-            })?;
+            self.for_few_blocks(|blocks| builder.add(blocks))?;
             for (i, facet) in which.into_iter().zip(builder.finish()) {
                 joint[i].cross = Some(facet);
             }
@@ -90,8 +83,7 @@ impl Dataset {
             let Some(plan) = self.plan(needs).map(Arc::new) else {
                 continue;
             };
-            let at_a_time = self.memory_bytes / plan.build_bytes() as f64;
-            let chunks = which.chunks((at_a_time as usize).max(1));
+            let chunks = which.chunks(self.at_a_time(plan.build_bytes()));
             plans.extend(chunks.map(|which| (plan.clone(), which.to_vec())));
         }
         plans

@@ -10,7 +10,6 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::uv_profile::Binned;
-use super::views::BLOCKS_AT_A_TIME;
 use super::{Dataset, DatasetError};
 use crate::coords::Lm;
 use crate::likelihood::VisBlock;
@@ -263,8 +262,7 @@ impl Dataset {
         mut visit: impl FnMut(SnrMap),
     ) -> Result<(), DatasetError> {
         let bytes = survey.plan.build_bytes() + survey.plan.facet_bytes();
-        let at_a_time = (self.memory_bytes / bytes as f64).max(1.0) as usize;
-        for which in which.chunks(at_a_time) {
+        for which in which.chunks(self.at_a_time(bytes)) {
             let regions: Vec<Region> = which.iter().map(|&i| survey.facets[i]).collect();
             let centres: Vec<Lm> = regions.iter().map(|r| r.from_unit(0.5, 0.5)).collect();
             let plan = survey.plan.clone();
@@ -273,12 +271,9 @@ impl Dataset {
                 None => FacetBuilder::new(plan, &centres),
             };
             let reach = survey.reach.uv;
-            self.for_each_batch(|blocks| {
-                for blocks in blocks.chunks(BLOCKS_AT_A_TIME) {
-                    let short: Vec<_> =
-                        blocks.par_iter().map(|block| below(block, reach)).collect();
-                    builder.add(&short);
-                }
+            self.for_few_blocks(|blocks| {
+                let short: Vec<_> = blocks.par_iter().map(|block| below(block, reach)).collect();
+                builder.add(&short);
             })?;
             let facets = builder.finish();
             survey.weights = facets.first().map(Facet::weights);

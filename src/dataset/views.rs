@@ -15,10 +15,8 @@ use crate::rime::Source;
 
 /// Sizes of facets are powers of this times the beam, so that few plans serve all regions.
 const SIZE_STEP: f64 = 1.25;
-/// Blocks that facets are filled with at a time: they are copied and sorted (19 MB).
-pub(super) const BLOCKS_AT_A_TIME: usize = 64;
 /// Points of a view that one core evaluates at a time.
-const POINTS_PER_TASK: usize = 8;
+pub(super) const POINTS_PER_TASK: usize = 8;
 
 /// Which likelihood engine, and what it must be ready for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,8 +77,8 @@ impl Dataset {
             let which: Vec<usize> = (0..requests.len())
                 .filter(|&i| sizes[i] == Some(size))
                 .collect();
-            let at_a_time = self.memory_bytes / self.sizes[size].plan.build_bytes() as f64;
-            for which in which.chunks((at_a_time as usize).max(1)) {
+            let at_a_time = self.at_a_time(self.sizes[size].plan.build_bytes());
+            for which in which.chunks(at_a_time) {
                 let facets = self.facets(size, which, requests)?;
                 for (&i, facet) in which.iter().zip(facets) {
                     views[i].facet = Some(facet);
@@ -233,11 +231,7 @@ impl Dataset {
             None => FacetBuilder::new(plan.clone(), &centres),
         };
         let mut builder = builder.restoring(restored);
-        self.for_each_batch(|blocks| {
-            for blocks in blocks.chunks(BLOCKS_AT_A_TIME) {
-                builder.add(blocks);
-            }
-        })?;
+        self.for_few_blocks(|blocks| builder.add(blocks))?;
         let facets = builder.finish();
         self.sizes[size].weights = facets.first().map(Facet::weights);
         Ok(facets)

@@ -7,17 +7,14 @@
 //! as any other.
 
 use super::pipeline::stream_seed;
-use super::refine::{Depth, Found, Refinement};
+use super::refine::{CLOSE_BEAMS, Depth, Found, Refinement};
 use super::{Cuts, DetectError, Mode, Observer, Status};
 use crate::coords::Lm;
 use crate::dataset::{Dataset, Request};
 use crate::likelihood::Xy;
 
-/// A mode nearer than this many widths of the beam to a source may be what its model leaves.
-pub(super) const CLOSE_BEAMS: f64 = 4.0;
-
-/// Lowest matched-filter signal-to-noise ratio that is given a try: noise reaches it beside one source
-/// in a thousand.
+/// Lowest matched-filter signal-to-noise ratio that is given a try: noise should reach it beside one
+/// source in a thousand (25 independent values about each, an estimate).
 pub(super) const LEAST_SNR: f64 = 4.0;
 
 /// Modes that are given a try, and where there has been one.

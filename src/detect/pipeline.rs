@@ -108,22 +108,23 @@ pub fn detect(
     let mut sources: Vec<Found> = Vec::new();
     let mut queue = Queue::new(dataset, settings)?;
     let mut leftovers = Leftovers::default();
-    // Sources that were all sampled with all the others removed.
-    let mut n_settled = 0;
     for round in 0..MOST_ROUNDS {
         // What the models of these leave beside them is looked for below the cut.
-        let is_settled = settings.refine && n_settled == sources.len();
-        let settled = if is_settled { &sources[..] } else { &[] };
+        let is_settled = !settings.refine || sources.iter().all(|found| found.is_full);
+        let settled = if settings.refine && is_settled {
+            &sources[..]
+        } else {
+            &[]
+        };
         let searches = queue.take(dataset, settings, settled, observer)?;
         if searches.is_empty() {
-            if n_settled == sources.len() || !settings.refine {
+            if is_settled {
                 break;
             }
             let refinement = refinement(settings, round);
             let (modes, cuts) = (&mut detection.modes, &settings.cuts);
             refinement.prune(dataset, &mut sources, modes, cuts, observer)?;
             refinement.finish(dataset, &mut sources, observer)?;
-            n_settled = sources.len();
             queue.reopen_faint();
             continue;
         }
@@ -166,20 +167,7 @@ pub fn detect(
             again.for_each(|tile| queue.put_back(tile));
         }
     }
-    let each: Vec<Vec<usize>> = (0..sources.len()).map(|i| vec![i]).collect();
-    let mut certificates = certify(dataset, &mut sources, &each)?.concat();
-    let failed: Vec<usize> = (0..sources.len())
-        .filter(|&i| !certificates[i].is_valid)
-        .collect();
-    if !failed.is_empty() && dataset.views_take_a_pass() {
-        tracing::info!(
-            "{} sources are sampled again by all visibilities",
-            failed.len()
-        );
-        let refinement = refinement(settings, MOST_ROUNDS);
-        refinement.finish_exactly(dataset, &mut sources, &failed, observer)?;
-        certificates = certify(dataset, &mut sources, &each)?.concat();
-    }
+    let mut certificates = certified(dataset, settings, &mut sources, observer)?;
     detection.n_expected = n_expected(dataset, settings, &sources);
     let joined = if settings.refine {
         let refinement = refinement(settings, MOST_ROUNDS);
@@ -191,6 +179,31 @@ pub fn detect(
     detection.n_eval = dataset.n_eval();
     detection.screening = queue.screening(&settings.field);
     Ok(detection)
+}
+
+/// Every source looked at by all visibilities; those whose samples are not good enough for that are
+/// sampled again by all visibilities.
+fn certified(
+    dataset: &mut Dataset,
+    settings: &Settings,
+    sources: &mut [Found],
+    observer: &mut dyn Observer,
+) -> Result<Vec<Certificate>, DetectError> {
+    let each: Vec<Vec<usize>> = (0..sources.len()).map(|i| vec![i]).collect();
+    let mut certificates = certify(dataset, sources, &each)?.concat();
+    let failed: Vec<usize> = (0..sources.len())
+        .filter(|&i| !certificates[i].is_valid)
+        .collect();
+    if !failed.is_empty() && dataset.views_take_a_pass() {
+        tracing::info!(
+            "{} sources are sampled again by all visibilities",
+            failed.len()
+        );
+        let refinement = refinement(settings, MOST_ROUNDS);
+        refinement.finish_exactly(dataset, sources, &failed, observer)?;
+        certificates = certify(dataset, sources, &each)?.concat();
+    }
+    Ok(certificates)
 }
 
 /// Searches tiles and accepts what is found.

@@ -9,13 +9,10 @@
 
 use super::explore::{SamplerSettings, Target, explore};
 use super::pipeline::stream_seed;
-use super::refine::{Found, Refinement, means};
+use super::refine::{CLOSE_BEAMS, Found, Refinement, means};
 use super::{Cuts, DetectError, Mode, Observer, Status};
 use crate::dataset::{Dataset, Request};
 use crate::prior::Window;
-
-/// Sources nearer than this many widths of the beam may be one.
-const CLOSE_BEAMS: f64 = 4.0;
 
 impl Refinement<'_> {
     /// Takes out the sources that a close neighbour explains, and says so in `modes`, which their

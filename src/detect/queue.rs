@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use super::refine::Found;
+use super::refine::{CLOSE_BEAMS, Found};
 use super::screen::screen;
 use super::{DetectError, Observer, Screening, Settings, Tile, leftover};
 use crate::dataset::{Dataset, Extremes, Survey};
@@ -87,12 +87,12 @@ impl Queue {
         } else {
             0.0
         };
-        let faintest_left = survey.seen() * leftover::LEAST_SNR;
+        let faintest_left = faintest.min(survey.seen() * leftover::LEAST_SNR);
         let limit = |tile: &Tile| {
-            let about = tile.core.grown(leftover::CLOSE_BEAMS * settings.beam_rad);
+            let about = tile.core.grown(CLOSE_BEAMS * settings.beam_rad);
             let is_beside = |found: &Found| about.contains(found.mode.mean.lm);
             if settled.iter().any(is_beside) {
-                faintest_left.min(faintest)
+                faintest_left
             } else {
                 faintest
             }
@@ -100,7 +100,7 @@ impl Queue {
         let lowest = if settled.is_empty() {
             faintest
         } else {
-            faintest_left.min(faintest)
+            faintest_left
         };
         let seen = screen(dataset, survey, &tiles, lowest, part, observer)?;
         let is_negative = |seen: &&Extremes| seen.low <= -settings.cuts.snr;

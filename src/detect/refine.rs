@@ -18,6 +18,8 @@ const WIDER: f64 = 4.0;
 const N_WITNESS: usize = 8;
 /// Rounds after which they are taken as they are.
 const MOST_ROUNDS: usize = 12;
+/// Nearer than this many widths of the beam the model of one source may stand for two.
+pub(super) const CLOSE_BEAMS: f64 = 4.0;
 /// Sources nearer than this many widths of the beam are sampled one after the other.
 const NEAR_BEAMS: f64 = 6.0;
 
@@ -32,7 +34,7 @@ pub(super) struct Found {
     /// as it was not sampled with the others removed.
     witnesses: Vec<(Source, f64)>,
     /// Its posterior is good enough for the catalogue, as long as nothing changes about it.
-    is_full: bool,
+    pub(super) is_full: bool,
     /// The model of a neighbour had taken it in.
     pub(super) is_leftover: bool,
     /// How many times larger than usual the region about it is: its posterior reached the edge.
