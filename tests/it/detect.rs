@@ -114,6 +114,20 @@ fn largest_pull(table: &Table, truth: &[CatalogueSource]) -> f64 {
     largest
 }
 
+/// Simulates `sky` into `folder` and searches it, with these options each; the largest pull. What was
+/// found is in `out.fits` there.
+fn pull_of(folder: &Path, sky: &str, simulation: &str, search: &str) -> f64 {
+    let in_folder = |name: &str| folder.join(name).display().to_string();
+    let (list, data) = (in_folder("sky.csv"), in_folder("field.uvfits"));
+    let (truth, out) = (in_folder("truth.fits"), in_folder("out.fits"));
+    std::fs::write(&list, sky).unwrap();
+    let simulate = format!("simulate {data} --catalogue {list} --truth {truth} {simulation}");
+    vis2cat_ok(simulate.split_whitespace());
+    vis2cat_ok(format!("{data} {out} {search}").split_whitespace());
+    let truth = read_sources(Path::new(&truth)).unwrap();
+    largest_pull(&read_table(Path::new(&out), None).unwrap(), &truth)
+}
+
 #[test]
 fn all_sources_are_found_with_honest_errors_and_nothing_else() {
     let run = searched();
@@ -348,20 +362,15 @@ fn facets_find_the_same_on_any_number_of_threads() {
 #[test]
 fn a_galaxy_among_sidelobes_is_not_split_in_two() {
     let folder = tempfile::tempdir().unwrap();
-    let in_folder = |name: &str| folder.path().join(name).display().to_string();
-    let (list, data) = (in_folder("sky.csv"), in_folder("field.uvfits"));
-    let (truth, out) = (in_folder("truth.fits"), in_folder("out.fits"));
-    std::fs::write(&list, SNAPSHOT).unwrap();
-    let simulate = format!(
-        "simulate {data} --array meerkat --hours 0.2 --tint 60s --seed 1 --catalogue {list} --truth {truth}"
+    let simulation = "--array meerkat --hours 0.2 --tint 60s --seed 1";
+    let pull = pull_of(
+        folder.path(),
+        SNAPSHOT,
+        simulation,
+        "--fov 2arcmin --flux 200uJy:5mJy",
     );
-    vis2cat_ok(simulate.split_whitespace());
-    let search = format!("{data} {out} --fov 2arcmin --flux 200uJy:5mJy");
-    vis2cat_ok(search.split_whitespace());
-    let truth = read_sources(Path::new(&truth)).unwrap();
-    let pull = largest_pull(&read_table(Path::new(&out), None).unwrap(), &truth);
     assert!(pull < LARGEST_PULL, "{pull}");
-    let modes = read_table(Path::new(&out), Some("MODES")).unwrap();
+    let modes = read_table(&folder.path().join("out.fits"), Some("MODES")).unwrap();
     let status = modes.strings("Status").unwrap();
     let part = status
         .iter()
@@ -375,18 +384,8 @@ fn a_galaxy_among_sidelobes_is_not_split_in_two() {
 #[test]
 fn bright_neighbours_end_up_where_they_are() {
     let folder = tempfile::tempdir().unwrap();
-    let in_folder = |name: &str| folder.path().join(name).display().to_string();
-    let (list, data) = (in_folder("sky.csv"), in_folder("field.uvfits"));
-    let (truth, out) = (in_folder("truth.fits"), in_folder("out.fits"));
-    std::fs::write(&list, PAIR).unwrap();
-    let simulate = format!(
-        "simulate {data} --array ska1-mid --ra 53.1188deg --dec -30.325deg --tint 1h --sefd 51Jy \
-         --catalogue {list} --truth {truth}"
-    );
-    vis2cat_ok(simulate.split_whitespace());
-    vis2cat_ok(format!("{data} {out} --fov 2arcmin").split_whitespace());
-    let truth = read_sources(Path::new(&truth)).unwrap();
-    let pull = largest_pull(&read_table(Path::new(&out), None).unwrap(), &truth);
+    let simulation = "--array ska1-mid --ra 53.1188deg --dec -30.325deg --tint 1h --sefd 51Jy";
+    let pull = pull_of(folder.path(), PAIR, simulation, "--fov 2arcmin");
     assert!(pull < LARGEST_PULL, "{pull}");
 }
 
@@ -411,18 +410,10 @@ const LARGEST_JOINT_PULL: f64 = 4.0;
 /// Simulates and searches a pair of galaxies; both must be found, as one group with honest errors.
 /// Returns the covariance of the parameters of both, axes (source, parameter).
 fn joint_covariance(folder: &Path, sky: &str, simulation: &str, search: &str) -> DMatrix<f64> {
-    let in_folder = |name: &str| folder.join(name).display().to_string();
-    let (list, data) = (in_folder("sky.csv"), in_folder("field.uvfits"));
-    let (truth, out) = (in_folder("truth.fits"), in_folder("out.fits"));
-    std::fs::write(&list, sky).unwrap();
-    let simulate = format!(
-        "simulate {data} --ra 53.1188deg --dec -30.325deg --catalogue {list} --truth {truth} {simulation}"
-    );
-    vis2cat_ok(simulate.split_whitespace());
-    vis2cat_ok(format!("{data} {out} {search}").split_whitespace());
-    let rows = read_table(Path::new(&out), None).unwrap();
-    let pull = largest_pull(&rows, &read_sources(Path::new(&truth)).unwrap());
+    let simulation = format!("--ra 53.1188deg --dec -30.325deg {simulation}");
+    let pull = pull_of(folder, sky, &simulation, search);
     assert!(pull < LARGEST_JOINT_PULL, "{pull}");
+    let rows = read_table(&folder.join("out.fits"), None).unwrap();
     assert_eq!(column(&rows, "Group_id"), [1.0, 1.0]);
     let samples = read_table(&folder.join("out.posterior.fits"), None).unwrap();
     let n = column(&rows, "Post_n")[0] as usize;
@@ -495,19 +486,10 @@ fn a_faint_galaxy_beside_a_bright_one_is_sampled_with_it() {
 #[test]
 fn what_a_long_disk_has_swallowed_is_found() {
     let folder = tempfile::tempdir().unwrap();
-    let in_folder = |name: &str| folder.path().join(name).display().to_string();
-    let (list, data) = (in_folder("sky.csv"), in_folder("field.uvfits"));
-    let (truth, out) = (in_folder("truth.fits"), in_folder("out.fits"));
-    std::fs::write(&list, SWALLOWED).unwrap();
-    let simulate = format!(
-        "simulate {data} --array ska1-mid --tint 1h --sefd 400Jy --seed 5 --catalogue {list} --truth {truth}"
-    );
-    vis2cat_ok(simulate.split_whitespace());
-    vis2cat_ok(format!("{data} {out} --fov 1arcmin").split_whitespace());
-    let truth = read_sources(Path::new(&truth)).unwrap();
-    let pull = largest_pull(&read_table(Path::new(&out), None).unwrap(), &truth);
+    let simulation = "--array ska1-mid --tint 1h --sefd 400Jy --seed 5";
+    let pull = pull_of(folder.path(), SWALLOWED, simulation, "--fov 1arcmin");
     assert!(pull < LARGEST_PULL, "{pull}");
-    let modes = read_table(Path::new(&out), Some("MODES")).unwrap();
+    let modes = read_table(&folder.path().join("out.fits"), Some("MODES")).unwrap();
     let status = modes.strings("Status").unwrap();
     assert_eq!(status.iter().filter(|s| *s == "kept").count(), 2);
     // Its first mode lies below the cut.
