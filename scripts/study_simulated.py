@@ -7,7 +7,7 @@ Per field: what was found, missed and false, wall time, peak memory and likeliho
 fields together: the pulls, (estimate - truth) / error, which should have mean 0 and rms 1; the parts of
 the truths that lie in the 68% and 95% intervals; how many of the modes of each probability P_source are
 true; and how many false rows and negative peaks there were. `docs/studies.md` has results. Needs numpy,
-astropy and a release build.
+astropy, GNU time and a release build.
 """
 
 import argparse
