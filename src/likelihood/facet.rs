@@ -16,6 +16,7 @@ mod evaluate;
 mod fill;
 mod lanes;
 mod map;
+mod outskirts;
 mod plan;
 mod resample;
 mod sorted;
@@ -86,7 +87,7 @@ impl Facet {
 
     /// Cells that a likelihood call for `source` sums over.
     pub fn cells_of(&self, source: &Source) -> usize {
-        let term = FacetTerm::new(&self.plan, &self.centre, source);
+        let term = self.term(source);
         let mut span = Span::default();
         (0..=self.plan.innermost(term.major_rad))
             .map(|level| {
@@ -97,9 +98,18 @@ impl Facet {
             .sum()
     }
 
+    /// `source`, with nothing summed that does not matter.
+    fn term(&self, source: &Source) -> FacetTerm {
+        let term = FacetTerm::new(&self.plan, &self.centre, source);
+        FacetTerm {
+            q_max: self.weights.outskirts.q_max(&term),
+            ..term
+        }
+    }
+
     fn xy_group(&self, sources: &[Source]) -> Vec<Xy> {
         let job = |source| {
-            let term = FacetTerm::new(&self.plan, &self.centre, source);
+            let term = self.term(source);
             Job::new(term, self.plan.innermost(term.major_rad))
         };
         let mut jobs: Vec<_> = sources.iter().map(job).collect();

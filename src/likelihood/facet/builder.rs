@@ -3,6 +3,7 @@
 use super::Facet;
 use super::cells::{self, Common};
 use super::fill::{CHANNELS, Target, fill};
+use super::outskirts::Outskirts;
 use super::plan::{FacetPlan, Reach};
 use super::resample::{HalfPlane, Mirror};
 use super::sorted::{CHUNK, Queue, Sorted};
@@ -20,6 +21,7 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub struct FacetWeights {
     pub(super) levels: Vec<Vec<Common>>,
+    pub(super) outskirts: Outskirts,
 }
 
 /// Facets on their way: [`FacetBuilder::add`] for all blocks of a stream, then
@@ -199,7 +201,7 @@ impl FacetBuilder {
 }
 
 fn finish_weights(plan: &FacetPlan, grid: Option<&Grid>) -> FacetWeights {
-    let levels = grid.map_or_else(Vec::new, |grid| {
+    let levels: Vec<Vec<Common>> = grid.map_or_else(Vec::new, |grid| {
         pyramid(plan, grid, Mirror::Even)
             .iter()
             .zip(&pyramid(plan, grid, Mirror::Odd))
@@ -207,7 +209,10 @@ fn finish_weights(plan: &FacetPlan, grid: Option<&Grid>) -> FacetWeights {
             .map(|(level, (weights, times_w))| cells::common(plan, level, weights, times_w))
             .collect()
     });
-    FacetWeights { levels }
+    FacetWeights {
+        outskirts: Outskirts::new(plan, &levels),
+        levels,
+    }
 }
 
 /// The levels of `grid`, of its data or of these times w: those further in added to those before.

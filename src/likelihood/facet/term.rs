@@ -110,6 +110,15 @@ impl FacetTerm {
     }
 }
 
+impl FacetTerm {
+    /// Q at one wavelength along the axes of the shape, the smaller first.
+    pub(super) fn axes_squared(&self) -> [f64; 2] {
+        let (pp, pr, rr) = (self.p * self.p, self.p * self.r, self.r * self.r + self.s);
+        let (mean, half) = (0.5 * (pp + rr), (0.5 * (pp - rr)).hypot(pr));
+        [(mean - half).max(0.0), mean + half]
+    }
+}
+
 /// ε, with n - n0 = -(δl (l + l0) + δm (m + m0))/(n + n0), which keeps its digits.
 fn curvature(centre: &Centre, lm: Lm, offset: Lm) -> f64 {
     let both = 2.0 + lm.n_minus_1() + centre.lm.n_minus_1();
