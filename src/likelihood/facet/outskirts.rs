@@ -64,9 +64,7 @@ impl Outskirts {
         let bins = || self.weight.iter().zip(&uv2);
         // Of F² in a bin: less than on the long axis at its outer, more than on the short one at its
         // inner edge.
-        let y: f64 = bins()
-            .map(|(w, uv2)| w * factor_squared(long * uv2))
-            .sum();
+        let y: f64 = bins().map(|(w, uv2)| w * factor_squared(long * uv2)).sum();
         let inner = (-2.0 / PER_OCTAVE).exp2();
         let left_out = |q: f64| -> f64 {
             bins()

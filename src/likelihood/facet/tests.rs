@@ -429,3 +429,43 @@ fn the_cells_of_a_sample_are_its_wave() {
         }
     }
 }
+
+/// By plain sums over the samples.
+#[test]
+fn what_is_not_summed_does_not_matter() {
+    let blocks = ska1_mid(2);
+    for profile in [Profile::Exponential, Profile::Gaussian, Profile::Point] {
+        let plan = FacetPlan::new(needs(10.0, reach(&blocks), profile)).unwrap();
+        let facet = build(&Arc::new(plan), &[CENTRE], &blocks).remove(0);
+        let region = Region::square(CENTRE, 10.0 * ARCSEC);
+        let mut n_cut = 0;
+        for source in sources(&region, 40, [0.1, 10.0], 0.804) {
+            let term = facet.term(&source);
+            let (mut all, mut left_out) = (0.0, 0.0);
+            for block in &blocks {
+                for k in 0..block.len() {
+                    let (u, v) = (block.u[k], block.v[k]);
+                    let q = (term.p * u + term.r * v).powi(2) + term.s * v * v;
+                    let factor = crate::rime::predict(
+                        &Source {
+                            lm: CENTRE,
+                            flux_jy: 1.0,
+                            ..source
+                        },
+                        profile,
+                        u,
+                        v,
+                        0.0,
+                    );
+                    let y = f64::from(block.weight[k]) * factor.norm_sqr();
+                    all += y;
+                    left_out += if q > term.q_max { y } else { 0.0 };
+                }
+            }
+            assert!(left_out <= 1e-8 * all, "{source:?}: {:e}", left_out / all);
+            n_cut += usize::from(left_out > 0.0);
+        }
+        let is_point = profile == Profile::Point;
+        assert_eq!(n_cut == 0, is_point, "{profile:?}: {n_cut} of 40");
+    }
+}
