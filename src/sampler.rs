@@ -36,21 +36,26 @@
 //! ```
 
 mod bound;
+mod diagnostics;
 mod evidence;
 mod modes;
 mod multinest;
+mod nest;
 mod pareto;
 mod population;
 pub mod problems;
 mod run;
+mod slice;
 mod student;
 
 pub use bound::Ellipsoid;
+pub use diagnostics::{InsertionTest, ModeHistory};
 pub use evidence::Evidence;
 pub use modes::ModeSummary;
 pub use multinest::{MultiNest, MultiNestConfig};
 pub use population::{Draws, Population, PopulationConfig};
 pub use run::{RunError, run};
+pub use slice::{Slice, SliceConfig};
 
 /// A nested sampler, driven from outside: `ask`, evaluate, `tell`, until `ask` brings nothing.
 ///

@@ -82,6 +82,16 @@ impl Ellipsoid {
             .collect()
     }
 
+    /// Turns a vector of the coordinates in which the ellipsoid is the unit ball into one of the cube.
+    pub(in crate::sampler) fn stretch(&self, z: &mut [f64]) {
+        let n_dim = self.centre.len();
+        // From the last row up, so that each row still reads the z of the rows above it.
+        for i in (0..n_dim).rev() {
+            let row = &self.axes[i * n_dim..=i * n_dim + i];
+            z[i] = row.iter().zip(z.iter()).map(|(a, z)| a * z).sum();
+        }
+    }
+
     /// Whether `u` lies inside.
     pub fn contains(&self, u: &[f64]) -> bool {
         self.distance2(u) <= 1.0
@@ -104,11 +114,9 @@ impl Ellipsoid {
             norm2 += *x * *x;
         }
         let radius = rng.random::<f64>().powf(1.0 / n_dim as f64) / norm2.sqrt();
-        // From the last row up, so that each row still reads the z of the rows above it.
-        for i in (0..n_dim).rev() {
-            let row = &self.axes[i * n_dim..=i * n_dim + i];
-            let z: f64 = row.iter().zip(u.iter()).map(|(a, z)| a * z).sum();
-            u[i] = self.centre[i] + radius * z;
+        self.stretch(u);
+        for (u, centre) in u.iter_mut().zip(&self.centre) {
+            *u = centre + radius * *u;
         }
     }
 
