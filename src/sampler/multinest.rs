@@ -14,6 +14,8 @@ const STALL: u64 = 1_000_000;
 
 /// Tries at a proposal inside the cube and the mode's own part of it, before it is given up.
 const MAX_TRIES: usize = 100_000;
+/// Live points of a mode from which on clusters are searched for less often.
+const MANY: usize = 1000;
 /// Share of good points among all tried below which the ellipsoids of a mode do not follow its shape.
 const CURVED: f64 = 0.12;
 /// Live points of a mode whose draws are held to their neighbourhood: fewer do not show its shape,
@@ -175,7 +177,7 @@ impl MultiNest {
             self.rebind(i, vec![]);
             return false;
         }
-        if n != region.n_at_fit || 2 * region.since_search() >= n {
+        if n != region.n_at_fit || region.since_search() >= search_interval(n) {
             return self.search(i, true);
         }
         if 8 * region.since_fit() >= n {
@@ -221,7 +223,7 @@ impl MultiNest {
             return false;
         }
         if may_split {
-            let groups = self.nest.groups(&clusters);
+            let groups = self.nest.groups(&clusters, &[]);
             if groups.len() > 1 {
                 self.split(i, groups);
                 return true;
@@ -269,7 +271,11 @@ impl MultiNest {
         }
         let cloud = self.nest.points.cloud();
         let covariance = pooled(cloud, clusters.iter().map(|c| c.index.as_slice()))?;
-        Neighbourhood::new(cloud, &region.mode.slots(), &covariance, &mut self.rng)
+        // Right after a search it is found anew.
+        let last = region.near.as_ref().map(Neighbourhood::radius2);
+        let radius2 = last.filter(|_| region.since_search() > 0);
+        let slots = region.mode.slots();
+        Neighbourhood::new(cloud, &slots, &covariance, radius2, &mut self.rng)
     }
 
     /// Replaces a region by one for each group.
@@ -351,6 +357,16 @@ impl MultiNest {
             region.mode.push(Live { log_l, slot });
             region.barren = 0;
         }
+    }
+}
+
+/// Deaths between searches for clusters: half the live points, or as many as there are where a search
+/// takes long. The ellipsoids are fitted anew between searches.
+fn search_interval(n_live: usize) -> usize {
+    if n_live > MANY {
+        n_live
+    } else {
+        n_live.div_ceil(2)
     }
 }
 

@@ -183,8 +183,8 @@ impl Nest {
     }
 
     /// Clusters in groups that are apart in the mode dimensions; groups of fewer than `MIN_MODE`
-    /// points stay with the nearest.
-    pub(super) fn groups(&self, clusters: &[Cluster]) -> Vec<Group> {
+    /// points stay with the nearest. The live points of each pair of `links` belong together.
+    pub(super) fn groups(&self, clusters: &[Cluster], links: &[(usize, usize)]) -> Vec<Group> {
         let dims = &self.mode_dims;
         if dims.is_empty() || clusters.len() < 2 {
             return vec![];
@@ -200,7 +200,12 @@ impl Nest {
                 .map(|&k| clusters[k].index.len())
                 .sum::<usize>()
         };
-        let groups = separate(&shadows, &part);
+        let mut cluster_of = vec![0; self.points.n_slots()];
+        for (k, cluster) in clusters.iter().enumerate() {
+            cluster.index.iter().for_each(|&slot| cluster_of[slot] = k);
+        }
+        let links = links.iter().map(|&(a, b)| (cluster_of[a], cluster_of[b]));
+        let groups = separate(&shadows, &part, &links.collect::<Vec<_>>());
         let (mut groups, small): (Vec<_>, Vec<_>) = groups
             .into_iter()
             .partition(|group| size(group) >= MIN_MODE);

@@ -36,14 +36,14 @@ pub struct SliceConfig {
 }
 
 impl SliceConfig {
-    /// The defaults: 3 d slices a point, a quarter of the live points at a time, tolerance 0.1, modes
+    /// The defaults: 3 d slices a point, 12 at least, a quarter of the live points at a time, tolerance 0.1, modes
     /// in all dimensions, 10 (d + 2) live points a mode at least.
     pub fn new(n_dim: usize, n_live: usize) -> Self {
         Self {
             n_dim,
             n_live,
             n_live_mode: (10 * (n_dim + 2)).min(n_live),
-            n_repeats: 3 * n_dim,
+            n_repeats: (3 * n_dim).max(12),
             replaced: 0.25,
             tolerance: 0.1,
             mode_dims: (0..n_dim).collect(),
@@ -89,7 +89,8 @@ impl SliceConfig {
 /// stepped out but only shrunk (Neal 2003, section 4.1 and fig. 5, which holds for any width that does not
 /// depend on the state): half the calls, and a chain may cross to another part of a curved region. Which
 /// cluster gives the shape is drawn anew for each basis, whatever the state, so that all moves are
-/// reversible. Places outside the cube or the mode's own part of it cost no call.
+/// reversible. Places outside the cube or the mode's own part of it cost no call. Groups of live points that
+/// look separate become modes once no chain goes from one to the other.
 ///
 /// # Source
 /// Neal 2003 (Ann. Statist. 31, 705); Handley, Hobson & Lasenby 2015 (MNRAS 453, 4384); many points at
@@ -114,6 +115,8 @@ struct Region {
     /// Covariance of the modes that it split off together with.
     typical: Option<DMatrix<f64>>,
     chains: Vec<Chain>,
+    /// Where the last chains began and ended: a mode is not divided while chains cross.
+    links: Vec<(usize, usize)>,
 }
 
 impl Region {
@@ -129,6 +132,7 @@ impl Region {
             mode,
             typical,
             chains: Vec::new(),
+            links: Vec::new(),
         }
     }
 }
@@ -196,7 +200,7 @@ impl Slice {
         let typical = region.typical.take();
         let clusters = self.nest.clusters(&mut region.mode, typical.as_ref());
         let groups = if may_split && region.mode.n_live() >= 2 * MIN_MODE {
-            self.nest.groups(&clusters)
+            self.nest.groups(&clusters, &region.links)
         } else {
             vec![]
         };
@@ -239,7 +243,7 @@ impl Slice {
             self.nest.points.wrap(&mut u);
             region
                 .chains
-                .push(Chain::new(u, log_l, self.config.n_repeats));
+                .push(Chain::new(u, log_l, slot, self.config.n_repeats));
         }
         Ok(region)
     }
@@ -279,10 +283,12 @@ impl Slice {
                 return Err(self.nest.stalled(mode));
             }
             let birth = mode.contour().max(f64::MIN);
+            region.links.clear();
             for chain in region.chains.drain(..) {
                 let slot = self.nest.points.insert(chain.u(), birth, 0);
                 let log_l = chain.log_l();
                 mode.push(Live { log_l, slot });
+                region.links.push((chain.start(), slot));
             }
         }
         Ok(())

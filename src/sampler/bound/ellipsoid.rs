@@ -94,7 +94,20 @@ impl Ellipsoid {
 
     /// Whether `u` lies inside.
     pub fn contains(&self, u: &[f64]) -> bool {
-        self.distance2(u) <= 1.0
+        let n_dim = self.centre.len();
+        let mut sum = 0.0;
+        for (i, row) in self.inverse.chunks_exact(n_dim).enumerate() {
+            let mut z = 0.0;
+            for j in 0..=i {
+                z += row[j] * (u[j] - self.centre[j]);
+            }
+            sum += z * z;
+            // Mostly it is clear after a few dimensions.
+            if sum > 1.0 {
+                return false;
+            }
+        }
+        true
     }
 
     /// The same ellipsoid with its volume multiplied by exp(`log_factor`).

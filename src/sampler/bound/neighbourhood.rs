@@ -30,10 +30,14 @@ impl Neighbourhood {
     /// Balls about the points `index` whose radius is the largest that a point left out of a
     /// bootstrap sample needs to be in the ball of a point that is in it; none if the covariance
     /// is singular or there are fewer than two points.
+    ///
+    /// In the metric of the covariance the radius changes little while the region shrinks, and it takes
+    /// far longer to find than all else: `radius2` is that of the last time, if it is to be kept.
     pub(in crate::sampler) fn new(
         cloud: Cloud,
         index: &[usize],
         covariance: &DMatrix<f64>,
+        radius2: Option<f64>,
         rng: &mut impl Rng,
     ) -> Option<Self> {
         let metric = Ellipsoid::new(cloud.row(*index.first()?), covariance)?;
@@ -41,12 +45,17 @@ impl Neighbourhood {
             index.iter().map(|&i| metric.whiten(cloud.row(i))).collect();
         points.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let centres = points.concat();
-        let radius2 = radius2(&centres, metric.n_dim(), rng);
+        let radius2 = radius2.unwrap_or_else(|| bootstrap(&centres, metric.n_dim(), rng));
         (radius2 > 0.0).then_some(Self {
             metric,
             centres,
             radius2,
         })
+    }
+
+    /// The squared radius of the balls.
+    pub(in crate::sampler) fn radius2(&self) -> f64 {
+        self.radius2
     }
 
     /// Whether `u` is in a ball.
@@ -60,7 +69,7 @@ impl Neighbourhood {
 
 /// The largest squared distance, over bootstrap samples, from a point left out to the nearest one
 /// that is in the sample.
-fn radius2(points: &[f64], d: usize, rng: &mut impl Rng) -> f64 {
+fn bootstrap(points: &[f64], d: usize, rng: &mut impl Rng) -> f64 {
     let n = points.len() / d;
     let nearest: Vec<Vec<(f64, usize)>> = (0..n).map(|i| nearest(points, d, i)).collect();
     let mut radius2: f64 = 0.0;
@@ -77,20 +86,32 @@ fn radius2(points: &[f64], d: usize, rng: &mut impl Rng) -> f64 {
     radius2
 }
 
-/// The [`N_NEAREST`] points nearest to point `i`: squared distance and index, ascending.
+/// The [`N_NEAREST`] points nearest to point `i`: squared distance and index, ascending. The points are
+/// sorted by their first coordinate, so that none is nearer once that alone is farther.
 fn nearest(points: &[f64], d: usize, i: usize) -> Vec<(f64, usize)> {
     let here = &points[i * d..(i + 1) * d];
-    let others = points.chunks_exact(d).enumerate().filter(|(j, _)| *j != i);
-    let mut all: Vec<_> = others
-        .map(|(j, point)| (distance2(point, here), j))
-        .collect();
-    let order = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
-    if all.len() > N_NEAREST {
-        all.select_nth_unstable_by(N_NEAREST - 1, order);
-        all.truncate(N_NEAREST);
-    }
-    all.sort_by(order);
-    all
+    let mut best: Vec<(f64, usize)> = Vec::with_capacity(N_NEAREST + 1);
+    let mut look = |j: usize| {
+        let there = &points[j * d..(j + 1) * d];
+        let limit = match best.get(N_NEAREST - 1) {
+            Some(last) => last.0,
+            None => f64::INFINITY,
+        };
+        let first2 = (there[0] - here[0]) * (there[0] - here[0]);
+        if first2 > limit {
+            return false;
+        }
+        let distance2 = distance2(there, here);
+        if distance2 <= limit {
+            let at = best.partition_point(|b| *b < (distance2, j));
+            best.insert(at, (distance2, j));
+            best.truncate(N_NEAREST);
+        }
+        true
+    };
+    let _ = (i + 1..points.len() / d).all(&mut look);
+    let _ = (0..i).rev().all(&mut look);
+    best
 }
 
 /// The points whose first coordinate is within `radius` of that of `z`.
@@ -141,7 +162,7 @@ mod tests {
         let cloud = Cloud { u: &u, n_dim: 2 };
         let index: Vec<usize> = (0..300).collect();
         let covariance = Moments::of(cloud, &index).scatter() / 299.0;
-        let near = Neighbourhood::new(cloud, &index, &covariance, &mut rng).unwrap();
+        let near = Neighbourhood::new(cloud, &index, &covariance, None, &mut rng).unwrap();
         let missed = (0..10_000).filter(|_| !near.contains(&on_ring(&mut rng)));
         assert!(missed.count() < 20);
         assert!(!near.contains(&[0.5, 0.5]) && !near.contains(&[0.9, 0.9]));
@@ -153,7 +174,7 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let metric = DMatrix::identity(2, 2);
         let cloud = Cloud { u: &u, n_dim: 2 };
-        assert!(Neighbourhood::new(cloud, &[0, 1, 2, 3], &metric, &mut rng).is_none());
-        assert!(Neighbourhood::new(cloud, &[], &metric, &mut rng).is_none());
+        assert!(Neighbourhood::new(cloud, &[0, 1, 2, 3], &metric, None, &mut rng).is_none());
+        assert!(Neighbourhood::new(cloud, &[], &metric, None, &mut rng).is_none());
     }
 }

@@ -15,6 +15,8 @@ pub(super) struct Chain {
     /// Slices still to be taken.
     n_left: usize,
     has_moved: bool,
+    /// Slot of the live point where it began.
+    start: usize,
     /// Directions still to be used, row after row.
     basis: Vec<f64>,
     /// The slice in progress, in lengths of its direction from `u`.
@@ -24,14 +26,15 @@ pub(super) struct Chain {
 }
 
 impl Chain {
-    /// A chain of `n_left` slices from a point `u` whose ln L is above the contour.
-    pub(super) fn new(u: Vec<f64>, log_l: f64, n_left: usize) -> Self {
+    /// A chain of `n_left` slices from a point `u` whose ln L is above the contour, and its slot.
+    pub(super) fn new(u: Vec<f64>, log_l: f64, start: usize, n_left: usize) -> Self {
         Self {
             proposal: u.clone(),
             u,
             log_l,
             n_left,
             has_moved: false,
+            start,
             basis: Vec::new(),
             slice: None,
             at: 0.0,
@@ -44,6 +47,10 @@ impl Chain {
 
     pub(super) fn log_l(&self) -> f64 {
         self.log_l
+    }
+
+    pub(super) fn start(&self) -> usize {
+        self.start
     }
 
     pub(super) fn is_done(&self) -> bool {
@@ -168,7 +175,7 @@ mod tests {
         // The region: the unit square without a disc in a corner.
         let is_in = |u: &[f64]| u[0].hypot(u[1]) > 0.5;
         let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let mut chain = Chain::new(vec![0.6, 0.6], 0.0, 400_000);
+        let mut chain = Chain::new(vec![0.6, 0.6], 0.0, 0, 400_000);
         let (mut seen, mut right, mut beside) = (0, 0, 0);
         while !chain.is_done() {
             chain.propose(&mut rng, &disc(), |u| {
@@ -192,7 +199,7 @@ mod tests {
     #[test]
     fn a_point_without_a_way_out_stays_and_says_so() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let mut chain = Chain::new(vec![0.5, 0.5], 0.0, 3);
+        let mut chain = Chain::new(vec![0.5, 0.5], 0.0, 0, 3);
         while !chain.is_done() {
             chain.propose(&mut rng, &disc(), |_| true);
             chain.take(-1.0, -0.5);
