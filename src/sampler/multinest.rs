@@ -14,8 +14,6 @@ const STALL: u64 = 1_000_000;
 
 /// Tries at a proposal inside the cube and the mode's own part of it, before it is given up.
 const MAX_TRIES: usize = 100_000;
-/// Live points of a mode from which on clusters are searched for less often.
-const MANY: usize = 1000;
 /// Share of good points among all tried below which the ellipsoids of a mode do not follow its shape.
 const CURVED: f64 = 0.12;
 /// Live points of a mode whose draws are held to their neighbourhood: fewer do not show its shape,
@@ -177,7 +175,7 @@ impl MultiNest {
             self.rebind(i, vec![]);
             return false;
         }
-        if n != region.n_at_fit || region.since_search() >= search_interval(n) {
+        if n != region.n_at_fit || region.is_search_due() {
             return self.search(i, true);
         }
         if 8 * region.since_fit() >= n {
@@ -203,7 +201,9 @@ impl MultiNest {
             sets,
         );
         let clusters = self.enlarge(clusters);
-        if is_cube(&self.regions[i], total_log_volume(&clusters)) {
+        let log_volume = total_log_volume(&clusters);
+        self.regions[i].excess = log_volume - self.regions[i].mode.log_x;
+        if is_cube(&self.regions[i], log_volume) {
             self.rebind(i, vec![]);
         } else {
             self.rebind(i, clusters);
@@ -218,7 +218,11 @@ impl MultiNest {
             .clusters(&mut region.mode, region.typical.as_ref());
         region.dead_at_search = region.mode.n_dead();
         let clusters = self.enlarge(clusters);
-        if is_cube(&self.regions[i], total_log_volume(&clusters)) {
+        let log_volume = total_log_volume(&clusters);
+        let region = &mut self.regions[i];
+        region.excess = log_volume - region.mode.log_x;
+        region.excess_at_search = region.excess;
+        if is_cube(region, log_volume) {
             self.rebind(i, vec![]);
             return false;
         }
@@ -357,16 +361,6 @@ impl MultiNest {
             region.mode.push(Live { log_l, slot });
             region.barren = 0;
         }
-    }
-}
-
-/// Deaths between searches for clusters: half the live points, or as many as there are where a search
-/// takes long. The ellipsoids are fitted anew between searches.
-fn search_interval(n_live: usize) -> usize {
-    if n_live > MANY {
-        n_live
-    } else {
-        n_live.div_ceil(2)
     }
 }
 

@@ -4,6 +4,11 @@ use crate::sampler::bound::{Neighbourhood, Union};
 use crate::sampler::nest::Mode;
 use nalgebra::DMatrix;
 
+/// Live points from which on a search takes so long that it waits for a reason.
+const MANY: usize = 1000;
+/// Growth of ln of the ellipsoids' volume over the expected one that is such a reason.
+const DRIFT: f64 = 0.05;
+
 /// A mode with the region that its proposals come from.
 #[derive(Debug)]
 pub(super) struct Region {
@@ -17,6 +22,9 @@ pub(super) struct Region {
     /// Its deaths and its live points when the ellipsoids were last fitted.
     pub(super) dead_at_fit: usize,
     pub(super) n_at_fit: usize,
+    /// ln of the ellipsoids' volume over the expected one, at the last fit and at the last search.
+    pub(super) excess: f64,
+    pub(super) excess_at_search: f64,
     /// Evaluations since the ellipsoids were last fitted.
     pub(super) n_tried: u64,
     /// Few of the points that its ellipsoids propose are good.
@@ -37,6 +45,8 @@ impl Region {
             dead_at_search: 0,
             dead_at_fit: 0,
             n_at_fit: 0,
+            excess: 0.0,
+            excess_at_search: 0.0,
             n_tried: 0,
             is_curved: false,
             barren: 0,
@@ -47,6 +57,16 @@ impl Region {
     /// Deaths since the clusters were last searched for.
     pub(super) fn since_search(&self) -> usize {
         self.mode.n_dead() - self.dead_at_search
+    }
+
+    /// Whether clusters are to be searched for: after as many deaths as half the live points. Where these
+    /// are many, only if there are no ellipsoids or they have got worse, or after as many again.
+    pub(super) fn is_search_due(&self) -> bool {
+        let n = self.mode.n_live();
+        let half = 2 * self.since_search() >= n;
+        let is_worse = self.excess > self.excess_at_search + DRIFT;
+        let is_cube = self.bound.ellipsoids().is_empty();
+        half && (n <= MANY || is_worse || is_cube || self.since_search() >= n)
     }
 
     /// Deaths since the ellipsoids were last fitted.
