@@ -275,11 +275,8 @@ impl MultiNest {
         }
         let cloud = self.nest.points.cloud();
         let covariance = pooled(cloud, clusters.iter().map(|c| c.index.as_slice()))?;
-        // Right after a search it is found anew.
-        let last = region.near.as_ref().map(Neighbourhood::radius2);
-        let radius2 = last.filter(|_| region.since_search() > 0);
         let slots = region.mode.slots();
-        Neighbourhood::new(cloud, &slots, &covariance, radius2, &mut self.rng)
+        Neighbourhood::new(cloud, &slots, &covariance, &mut self.rng)
     }
 
     /// Replaces a region by one for each group.

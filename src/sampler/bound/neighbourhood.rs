@@ -30,14 +30,10 @@ impl Neighbourhood {
     /// Balls about the points `index` whose radius is the largest that a point left out of a
     /// bootstrap sample needs to be in the ball of a point that is in it; none if the covariance
     /// is singular or there are fewer than two points.
-    ///
-    /// In the metric of the covariance the radius changes little while the region shrinks, and it takes
-    /// far longer to find than all else: `radius2` is that of the last time, if it is to be kept.
     pub(in crate::sampler) fn new(
         cloud: Cloud,
         index: &[usize],
         covariance: &DMatrix<f64>,
-        radius2: Option<f64>,
         rng: &mut impl Rng,
     ) -> Option<Self> {
         let metric = Ellipsoid::new(cloud.row(*index.first()?), covariance)?;
@@ -45,17 +41,12 @@ impl Neighbourhood {
             index.iter().map(|&i| metric.whiten(cloud.row(i))).collect();
         points.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let centres = points.concat();
-        let radius2 = radius2.unwrap_or_else(|| bootstrap(&centres, metric.n_dim(), rng));
+        let radius2 = bootstrap(&centres, metric.n_dim(), rng);
         (radius2 > 0.0).then_some(Self {
             metric,
             centres,
             radius2,
         })
-    }
-
-    /// The squared radius of the balls.
-    pub(in crate::sampler) fn radius2(&self) -> f64 {
-        self.radius2
     }
 
     /// Whether `u` is in a ball.
@@ -162,7 +153,7 @@ mod tests {
         let cloud = Cloud { u: &u, n_dim: 2 };
         let index: Vec<usize> = (0..300).collect();
         let covariance = Moments::of(cloud, &index).scatter() / 299.0;
-        let near = Neighbourhood::new(cloud, &index, &covariance, None, &mut rng).unwrap();
+        let near = Neighbourhood::new(cloud, &index, &covariance, &mut rng).unwrap();
         let missed = (0..10_000).filter(|_| !near.contains(&on_ring(&mut rng)));
         assert!(missed.count() < 20);
         assert!(!near.contains(&[0.5, 0.5]) && !near.contains(&[0.9, 0.9]));
@@ -174,7 +165,7 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let metric = DMatrix::identity(2, 2);
         let cloud = Cloud { u: &u, n_dim: 2 };
-        assert!(Neighbourhood::new(cloud, &[0, 1, 2, 3], &metric, None, &mut rng).is_none());
-        assert!(Neighbourhood::new(cloud, &[], &metric, None, &mut rng).is_none());
+        assert!(Neighbourhood::new(cloud, &[0, 1, 2, 3], &metric, &mut rng).is_none());
+        assert!(Neighbourhood::new(cloud, &[], &metric, &mut rng).is_none());
     }
 }
