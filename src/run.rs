@@ -7,12 +7,14 @@ use std::path::{Path, PathBuf};
 use vis2cat_formats::{ReadError, ReadOptions, WriteError};
 
 use crate::catalogue::CataloguePaths;
+use crate::checkpoint::{Checkpoint, CheckpointError, Identity};
 use crate::config::{Config, ConfigError, SamplerKind, Tiling};
 use crate::dataset::{Dataset, DatasetError, EngineOptions, NoiseUsed, OpenOptions};
 use crate::detect::{
     Cuts, DetectError, Observer, SamplerSettings, Settings, detect, field_of_view, side_for_basin,
     tiles,
 };
+use crate::likelihood::Isa;
 use crate::prior::{MODE_DIMS, N_DIM};
 use crate::sampler::{MultiNest, MultiNestConfig, Sampler, SamplerError};
 use crate::simulate::SimulateError;
@@ -41,6 +43,9 @@ pub enum RunError {
     /// The data cannot be read or used.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
+    /// The checkpoint cannot be used or written.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
     /// Another input cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
@@ -59,6 +64,11 @@ impl RunError {
     /// The exit code of the program: see `vis2cat --help`.
     pub fn exit_code(&self) -> u8 {
         match self {
+            Self::Checkpoint(error)
+            | Self::Dataset(DatasetError::Checkpoint(error))
+            | Self::Detect(DetectError::Dataset(DatasetError::Checkpoint(error))) => {
+                if error.is_output() { 4 } else { 3 }
+            }
             Self::Detect(DetectError::Sampler { .. }) => 1,
             Self::Config(_)
             | Self::Simulate(
@@ -73,6 +83,18 @@ impl RunError {
     }
 }
 
+/// What is kept of a run that does not end.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Keep {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// A checkpoint beside the catalogue.
+    Checkpoint,
+    /// The same, and the run goes on with the one that is there.
+    Resume,
+}
+
 /// Finds the sources in `input` and writes `output` and its posterior samples.
 ///
 /// # Errors
@@ -82,13 +104,18 @@ pub fn run(
     output: &Path,
     config: &Config,
     overwrite: bool,
+    keep: Keep,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, RunError> {
     config.check()?;
     let paths = CataloguePaths::new(output);
     paths.refuse_existing(overwrite)?;
     let digest = digest(input)?;
+    let checkpoint = checkpoint(output, config, &digest, overwrite, keep)?;
     let mut dataset = open(input, config, observer)?;
+    if let Some(checkpoint) = checkpoint {
+        dataset.set_checkpoint(checkpoint);
+    }
     report_noise(&dataset);
     let field = field_of_view(config.fov.0);
     let beam_rad = dataset.info().beam_rad;
@@ -123,7 +150,32 @@ pub fn run(
     let detection = detect(&mut dataset, &settings, observer)?;
     let outcome = Outcome::new(config, &digest, &dataset, &settings, &detection);
     outcome.write(&paths, overwrite)?;
+    if let Some(checkpoint) = dataset.take_checkpoint() {
+        checkpoint.remove()?;
+    }
     Ok(outcome)
+}
+
+/// Opens or begins `out.checkpoint` beside `out.fits`, if there is to be one.
+fn checkpoint(
+    output: &Path,
+    config: &Config,
+    digest: &str,
+    overwrite: bool,
+    keep: Keep,
+) -> Result<Option<Checkpoint>, CheckpointError> {
+    let path = output.with_extension("checkpoint");
+    let identity = Identity {
+        version: env!("CARGO_PKG_VERSION").into(),
+        processor: format!("{}, {:?}", std::env::consts::ARCH, Isa::detect()),
+        input: digest.into(),
+        config: config.to_toml(),
+    };
+    match keep {
+        Keep::Nothing => Ok(None),
+        Keep::Checkpoint => Checkpoint::create(&path, &identity, overwrite).map(Some),
+        Keep::Resume => Checkpoint::resume(&path, &identity).map(Some),
+    }
 }
 
 fn open(
