@@ -287,3 +287,98 @@ fn check_of(hasher: &blake3::Hasher) -> Check {
     hasher.finalize_xof().fill(&mut check);
     check
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn identity() -> Identity {
+        Identity {
+            version: "1".into(),
+            processor: "one".into(),
+            input: "abc".into(),
+            config: "seed = 1\nfov = 2".into(),
+        }
+    }
+
+    fn answer(i: u8) -> Vec<f64> {
+        (0..i).map(|k| f64::from(k).exp() - f64::from(i)).collect()
+    }
+
+    /// What an uninterrupted run leaves of its questions 0 to 3.
+    fn whole(path: &Path) -> Vec<u8> {
+        let mut checkpoint = Checkpoint::create(path, &identity(), true).unwrap();
+        for i in 0..4 {
+            assert_eq!(checkpoint.recall([i; 8]).unwrap(), None);
+            checkpoint.record([i; 8], &answer(i)).unwrap();
+        }
+        std::fs::read(path).unwrap()
+    }
+
+    #[test]
+    fn cut_anywhere_or_wrong_anywhere_it_goes_on_to_the_same_bytes() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.checkpoint");
+        let bytes = whole(&path);
+        let head = 24 + serde_json::to_vec(&identity()).unwrap().len();
+        let goes_on = |left: &[u8]| {
+            std::fs::write(&path, left).unwrap();
+            let mut checkpoint = Checkpoint::resume(&path, &identity()).unwrap();
+            for i in 0..4 {
+                match checkpoint.recall([i; 8]).unwrap() {
+                    Some(known) => assert_eq!(known, answer(i)),
+                    None => checkpoint.record([i; 8], &answer(i)).unwrap(),
+                }
+            }
+            assert_eq!(std::fs::read(&path).unwrap(), bytes);
+        };
+        for place in head..bytes.len() {
+            goes_on(&bytes[..place]);
+            for wrong in [1, 0x80] {
+                let mut damaged = bytes.clone();
+                damaged[place] ^= wrong;
+                goes_on(&damaged);
+            }
+        }
+        for place in 0..head {
+            std::fs::write(&path, &bytes[..place]).unwrap();
+            assert!(Checkpoint::resume(&path, &identity()).is_err(), "{place}");
+            let mut damaged = bytes.clone();
+            damaged[place] ^= 1;
+            std::fs::write(&path, &damaged).unwrap();
+            assert!(Checkpoint::resume(&path, &identity()).is_err(), "{place}");
+            assert_eq!(std::fs::read(&path).unwrap(), damaged);
+        }
+    }
+
+    #[test]
+    fn another_question_or_another_run_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.checkpoint");
+        whole(&path);
+        let mut checkpoint = Checkpoint::resume(&path, &identity()).unwrap();
+        checkpoint.recall([0; 8]).unwrap();
+        let strayed = checkpoint.recall([7; 8]);
+        assert!(matches!(
+            strayed,
+            Err(CheckpointError::Strayed { n_answer: 2, .. })
+        ));
+        drop(checkpoint);
+        let others: [(fn(&mut Identity), &str); 4] = [
+            (|i| i.version = "2".into(), "vis2cat 1, this is 2"),
+            (|i| i.processor = "two".into(), "written on one"),
+            (|i| i.input = "xyz".into(), "input"),
+            (|i| i.config = "seed = 1".into(), "'fov = 2' there, '' here"),
+        ];
+        for (change, wanted) in others {
+            let mut other = identity();
+            change(&mut other);
+            let error = Checkpoint::resume(&path, &other).unwrap_err();
+            assert!(error.to_string().contains(wanted), "{error}");
+            assert!(!error.is_output());
+        }
+        let checkpoint = Checkpoint::resume(&path, &identity()).unwrap();
+        checkpoint.remove().unwrap();
+        assert!(!path.exists());
+    }
+}

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use crate::config::{Config, ConfigError, Engine, NoiseSource, SamplerKind, Tiling};
-use crate::run::{self, Keep, RunError};
+use crate::run::{self, Keep, Outputs, RunError};
 use crate::units::{Angle, Flux, Memory, Range};
 
 const EXAMPLES: &str = "\
@@ -26,6 +26,8 @@ Examples:
       The single global run of Malyali et al. (2018).
   vis2cat field.uvfits sources.fits --resume
       A long run that may be killed: the same command goes on where it was.
+  vis2cat field.uvfits sources.fits --chains chains
+      Chains for getdist and anesthetic beside the catalogue, chains/source_1.txt and so on.
   vis2cat info field.uvfits
       What is in the file, and how noisy it is.
   vis2cat convert field.ms field.uvfits
@@ -95,6 +97,9 @@ struct DetectArgs {
     config: Option<PathBuf>,
     #[command(flatten)]
     flags: Flags,
+    /// Folder for the posterior of each source in the files of GetDist, anesthetic and MultiNest
+    #[arg(long, value_name = "DIR")]
+    chains: Option<PathBuf>,
     /// Keep a checkpoint beside the catalogue, OUT.checkpoint, until the run has ended
     #[arg(long)]
     checkpoint: bool,
@@ -245,14 +250,13 @@ fn detect(args: DetectArgs) -> Result<(), RunError> {
         (false, false) => Keep::Nothing,
     };
     let mut progress = progress::Bar::new(args.common.quiet);
-    let outcome = run::run(
-        &input,
-        &output,
-        &config,
-        args.common.overwrite,
+    let outputs = Outputs {
+        catalogue: &output,
+        chains: args.chains.as_deref(),
+        overwrite: args.common.overwrite,
         keep,
-        &mut progress,
-    )?;
+    };
+    let outcome = run::run(&input, outputs, &config, &mut progress)?;
     progress.finish();
     if !args.common.quiet {
         say(&outcome.summary);

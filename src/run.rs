@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use vis2cat_formats::{ReadError, ReadOptions, WriteError};
 
 use crate::catalogue::CataloguePaths;
+use crate::chains;
 use crate::checkpoint::{Checkpoint, CheckpointError, Identity};
 use crate::config::{Config, ConfigError, SamplerKind, Tiling};
 use crate::dataset::{Dataset, DatasetError, EngineOptions, NoiseUsed, OpenOptions};
@@ -95,23 +96,38 @@ pub enum Keep {
     Resume,
 }
 
-/// Finds the sources in `input` and writes `output` and its posterior samples.
+/// What a run writes.
+#[derive(Debug, Clone, Copy)]
+pub struct Outputs<'a> {
+    /// The catalogue; the posterior samples go beside it.
+    pub catalogue: &'a Path,
+    /// Folder of chains for other programs.
+    pub chains: Option<&'a Path>,
+    /// Replace what is there.
+    pub overwrite: bool,
+    /// In case that the run does not end.
+    pub keep: Keep,
+}
+
+/// Finds the sources in `input` and writes a catalogue and its posterior samples.
 ///
 /// # Errors
 /// Whatever stopped the run; no output stands under its final name then.
 pub fn run(
     input: &Path,
-    output: &Path,
+    outputs: Outputs,
     config: &Config,
-    overwrite: bool,
-    keep: Keep,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, RunError> {
     config.check()?;
-    let paths = CataloguePaths::new(output);
+    let overwrite = outputs.overwrite;
+    let paths = CataloguePaths::new(outputs.catalogue);
     paths.refuse_existing(overwrite)?;
+    if let Some(folder) = outputs.chains {
+        chains::refuse_existing(folder, overwrite)?;
+    }
     let digest = digest(input)?;
-    let checkpoint = checkpoint(output, config, &digest, overwrite, keep)?;
+    let checkpoint = checkpoint(outputs, config, &digest)?;
     let mut dataset = open(input, config, observer)?;
     if let Some(checkpoint) = checkpoint {
         dataset.set_checkpoint(checkpoint);
@@ -149,6 +165,10 @@ pub fn run(
     );
     let detection = detect(&mut dataset, &settings, observer)?;
     let outcome = Outcome::new(config, &digest, &dataset, &settings, &detection);
+    if let Some(folder) = outputs.chains {
+        let (sources, posterior) = (&outcome.sources, &outcome.posterior);
+        chains::write(folder, overwrite, config, sources, posterior)?;
+    }
     outcome.write(&paths, overwrite)?;
     if let Some(checkpoint) = dataset.take_checkpoint() {
         checkpoint.remove()?;
@@ -158,22 +178,20 @@ pub fn run(
 
 /// Opens or begins `out.checkpoint` beside `out.fits`, if there is to be one.
 fn checkpoint(
-    output: &Path,
+    outputs: Outputs,
     config: &Config,
     digest: &str,
-    overwrite: bool,
-    keep: Keep,
 ) -> Result<Option<Checkpoint>, CheckpointError> {
-    let path = output.with_extension("checkpoint");
+    let path = outputs.catalogue.with_extension("checkpoint");
     let identity = Identity {
         version: env!("CARGO_PKG_VERSION").into(),
         processor: format!("{}, {:?}", std::env::consts::ARCH, Isa::detect()),
         input: digest.into(),
         config: config.to_toml(),
     };
-    match keep {
+    match outputs.keep {
         Keep::Nothing => Ok(None),
-        Keep::Checkpoint => Checkpoint::create(&path, &identity, overwrite).map(Some),
+        Keep::Checkpoint => Checkpoint::create(&path, &identity, outputs.overwrite).map(Some),
         Keep::Resume => Checkpoint::resume(&path, &identity).map(Some),
     }
 }

@@ -13,7 +13,7 @@ pub(super) type Check = [u8; CHECK_BYTES];
 /// Bytes of a record before its values.
 const BEFORE_VALUES: usize = size_of::<QuestionId>() + size_of::<u64>();
 /// Bytes that are looked at in one piece.
-const PIECE: usize = 1 << 16;
+const PIECE: usize = 1 << 13;
 
 /// The records that are whole.
 pub(super) struct Whole {

@@ -9,11 +9,16 @@ use tempfile::TempDir;
 
 use crate::support::{errors, program, simulate, vis2cat_ok};
 
-/// Two sources that overlap, so that every kind of question is asked.
+/// A galaxy that is found in less than a second.
 const SKY: &str = "\
 RA,DEC,Total_flux,Scale_length,E1,E2
 53.1005,30.0005,300,2,0.2,0.1
-53.0995,30.0002,200,1.5,-0.1,0.2
+";
+/// Two that are sampled together in the end.
+const PAIR: &str = "\
+RA,DEC,Total_flux,Scale_length,E1,E2
+53.1018,30.0005,300,2,0.2,0.1
+53.0982,30.0002,250,1.5,-0.1,0.2
 ";
 const SEARCH: &str = "--fov 24arcsec --tile-size 12arcsec --n-live 50 --flux 50uJy:1mJy";
 const OUTPUTS: [&str; 2] = ["out.fits", "out.posterior.fits"];
@@ -29,9 +34,13 @@ struct Field {
 
 fn field() -> &'static Field {
     static FIELD: OnceLock<Field> = OnceLock::new();
-    FIELD.get_or_init(|| {
+    FIELD.get_or_init(|| Field::new(SKY))
+}
+
+impl Field {
+    fn new(sky: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let data = simulate(folder.path(), SKY);
+        let data = simulate(folder.path(), sky);
         let plain = folder.path().join("plain");
         fs::create_dir(&plain).unwrap();
         vis2cat_ok(search(&data, &plain, "").get_args());
@@ -55,10 +64,8 @@ fn field() -> &'static Field {
             wanted,
             checkpoint,
         }
-    })
-}
+    }
 
-impl Field {
     /// An empty folder for a run.
     fn room(&self) -> TempDir {
         tempfile::tempdir_in(self.folder.path()).unwrap()
@@ -176,6 +183,19 @@ fn a_checkpoint_that_is_cut_anywhere_is_gone_on_with() {
         let more = format!("--resume --threads {}", 1 + i % 2);
         field.goes_on(&field.checkpoint[..*cut], &more);
     }
+}
+
+/// The last questions are about groups: joint draws, and a last look at all of them.
+#[test]
+fn sources_that_are_sampled_together_are_gone_on_with() {
+    let field = Field::new(PAIR);
+    let groups = vis2cat_formats::fits::read_table(
+        &field.folder.path().join("plain").join(OUTPUTS[0]),
+        Some("CATALOGUE"),
+    );
+    assert_eq!(groups.unwrap().numbers("Group_id").unwrap(), [1.0, 1.0]);
+    let len = field.checkpoint.len();
+    field.goes_on(&field.checkpoint[..len - 200_000], "--resume");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)] // helpers of tests are tests
 
 mod catalogue;
+mod chains;
 mod checkpoint;
 mod cli;
 mod convert;
