@@ -4,7 +4,7 @@
 Usage: check_chains.py DIR
 
 getdist and anesthetic load every source, and agree with MultiNest's file set about means and errors.
-Both come from PyPI: `pip install getdist anesthetic` (250 MB with what they need). One that is not
+Both come from PyPI: `pip install getdist anesthetic` (400 MB with what they need). One that is not
 installed is skipped and said so; exit status 1 if any check fails.
 """
 
