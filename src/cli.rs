@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use crate::config::{Config, ConfigError, Engine, NoiseSource, SamplerKind, Tiling};
-use crate::run::{self, RunError};
+use crate::run::{self, Keep, Outputs, RunError};
 use crate::units::{Angle, Flux, Memory, Range};
 
 const EXAMPLES: &str = "\
@@ -24,6 +24,10 @@ Examples:
       A smaller field, brighter sources, a stricter cut.
   vis2cat field.uvfits sources.fits --tiles 1 --n-live 8000
       The single global run of Malyali et al. (2018).
+  vis2cat field.uvfits sources.fits --resume
+      A long run that may be killed: the same command goes on where it was.
+  vis2cat field.uvfits sources.fits --chains chains
+      Chains for getdist and anesthetic beside the catalogue, chains/source_1.txt and so on.
   vis2cat info field.uvfits
       What is in the file, and how noisy it is.
   vis2cat convert field.ms field.uvfits
@@ -93,6 +97,15 @@ struct DetectArgs {
     config: Option<PathBuf>,
     #[command(flatten)]
     flags: Flags,
+    /// Folder for the posterior of each source in the files of GetDist, anesthetic and MultiNest
+    #[arg(long, value_name = "DIR")]
+    chains: Option<PathBuf>,
+    /// Keep a checkpoint beside the catalogue, OUT.checkpoint, until the run has ended
+    #[arg(long)]
+    checkpoint: bool,
+    /// Go on with the checkpoint of a run that was killed, to the same catalogue; keep one anyway
+    #[arg(long)]
+    resume: bool,
     #[command(flatten)]
     common: CommonArgs,
 }
@@ -231,14 +244,19 @@ fn detect(args: DetectArgs) -> Result<(), RunError> {
     };
     args.flags.apply(&mut config);
     config.check()?;
+    let keep = match (args.checkpoint, args.resume) {
+        (_, true) => Keep::Resume,
+        (true, false) => Keep::Checkpoint,
+        (false, false) => Keep::Nothing,
+    };
     let mut progress = progress::Bar::new(args.common.quiet);
-    let outcome = run::run(
-        &input,
-        &output,
-        &config,
-        args.common.overwrite,
-        &mut progress,
-    )?;
+    let outputs = Outputs {
+        catalogue: &output,
+        chains: args.chains.as_deref(),
+        overwrite: args.common.overwrite,
+        keep,
+    };
+    let outcome = run::run(&input, outputs, &config, &mut progress)?;
     progress.finish();
     if !args.common.quiet {
         say(&outcome.summary);

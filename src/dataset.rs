@@ -3,6 +3,7 @@
 //! The samples are cut into blocks of [`BLOCK_LEN`] in file order, whatever the memory budget, so
 //! that the same sums come out whether they are held or streamed.
 
+mod answers;
 mod cross;
 mod evaluate;
 mod ingest;
@@ -10,6 +11,7 @@ mod noise;
 mod open;
 mod overview;
 mod resident;
+mod snr_map;
 mod stream;
 mod survey;
 mod uv_profile;
@@ -20,11 +22,13 @@ pub use evaluate::Request;
 pub use noise::{DifferenceMethod, NoiseReport, NoiseUsed};
 pub use open::OpenOptions;
 pub use overview::Overview;
-pub use survey::{Extremes, SnrMap, Survey};
+pub use snr_map::Extremes;
+pub use survey::Survey;
 pub use views::{EngineOptions, View, ViewRequest};
 
 use vis2cat_formats::{Field, Observation};
 
+use crate::checkpoint::{Checkpoint, CheckpointError};
 use crate::likelihood::VisBlock;
 use crate::rime::Source;
 use crate::rime::shape::Profile;
@@ -47,6 +51,9 @@ pub enum DatasetError {
     /// The field of view that is wanted cannot be looked at.
     #[error("the field of view is too wide for these data, try a smaller --fov: {0}")]
     Field(String),
+    /// The checkpoint.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
     /// The file is fine but there is nothing in it that we could use.
     #[error("{path}: {what}")]
     Unusable {
@@ -92,6 +99,9 @@ pub struct Dataset {
     profile: Profile,
     store: Store,
     removed: Vec<Source>,
+    /// Those that are subtracted by now: the others when the samples are needed.
+    subtracted: Vec<Source>,
+    checkpoint: Option<Checkpoint>,
     n_eval: u64,
     engine: EngineOptions,
     memory_bytes: f64,
@@ -132,15 +142,19 @@ impl Dataset {
 
     /// Sets the sources that are subtracted from the data before anything is evaluated.
     pub fn set_removed(&mut self, sources: Vec<Source>) {
-        if sources == self.removed {
+        self.removed = sources;
+    }
+
+    fn subtract_removed(&mut self) {
+        if self.subtracted == self.removed {
             return;
         }
-        let models = with_profile(&sources, self.profile);
+        let models = with_profile(&self.removed, self.profile);
         match &mut self.store {
             Store::Resident(resident) => resident.set_removed(&models),
             Store::Streamed(stream) => stream.removed = models,
         }
-        self.removed = sources;
+        self.subtracted.clone_from(&self.removed);
     }
 
     /// As [`Dataset::for_each_batch`], a few blocks at a time: for those who copy them.
@@ -155,6 +169,7 @@ impl Dataset {
 
     /// Calls `visit` with the samples less the removed sources, batches of blocks in file order.
     fn for_each_batch(&mut self, mut visit: impl FnMut(&[VisBlock])) -> Result<(), DatasetError> {
+        self.subtract_removed();
         match &mut self.store {
             Store::Resident(resident) => visit(&resident.blocks),
             Store::Streamed(stream) => stream.for_each_batch(visit)?,

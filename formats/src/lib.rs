@@ -64,6 +64,7 @@ pub use observation::{
     Uvh5Notes,
 };
 pub use open::{ReadOptions, open, open_with};
+pub use pending::PendingFile;
 pub use reader::{VisReader, VisWriter};
 pub use stokes::{NoStokesI, StokesIRule, stokes_i};
 pub use uvfits::{UvfitsReader, UvfitsWriter};

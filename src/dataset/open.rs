@@ -95,6 +95,8 @@ impl Dataset {
             profile: options.profile,
             store,
             removed: Vec::new(),
+            subtracted: Vec::new(),
+            checkpoint: None,
             n_eval: 0,
             engine: options.engine,
             memory_bytes: options.memory_bytes,

@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used)] // helpers of tests are tests
 
 mod catalogue;
+mod chains;
+mod checkpoint;
 mod cli;
 mod convert;
 mod detect;
