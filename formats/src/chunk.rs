@@ -93,6 +93,18 @@ impl VisChunk {
         self.freq_setup_r.push(head.freq_setup);
     }
 
+    /// What a row says besides its visibilities.
+    pub(crate) fn head(&self, row: usize) -> RowHead {
+        RowHead {
+            uvw_m: self.uvw_m_r[row],
+            time_mjd: self.time_mjd_r[row],
+            interval_s: self.interval_s_r[row],
+            ants: [self.ant1_r[row], self.ant2_r[row]],
+            field: self.field_r[row],
+            freq_setup: self.freq_setup_r[row],
+        }
+    }
+
     /// Values in one row: channels times correlations.
     pub fn values_per_row(&self) -> usize {
         self.n_chan * self.n_corr

@@ -23,7 +23,7 @@ pub struct Observation {
     pub freq_setups: Vec<FreqSetup>,
     /// Correlations of every row, in order.
     pub corrs: Vec<Corr>,
-    /// Rows (baseline times time) in the file.
+    /// Rows (baseline times time) in the file, before any selection or averaging.
     pub n_row: u64,
     /// Scale of the times.
     pub time_scale: TimeScale,
@@ -57,6 +57,8 @@ pub struct MsNotes {
     pub data_column: String,
     /// Column of the weights, or of the standard deviations that they were made of.
     pub weight_column: String,
+    /// Row in the table `SPECTRAL_WINDOW` of each frequency set-up.
+    pub spw_s: Vec<u32>,
 }
 
 /// What only UVH5 files say of an observation.

@@ -199,6 +199,10 @@ impl VisReader for Uvh5Reader {
         self.odd.rewind();
         Ok(())
     }
+
+    fn n_row_read(&self) -> u64 {
+        self.next_row as u64
+    }
 }
 
 fn open_flags(data: &Group, axes: Axes, warnings: &mut Vec<String>) -> Result<Cube<i8>, ReadError> {
