@@ -69,7 +69,7 @@ pub use observation::{
     Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, MsNotes, Observation, TimeScale,
     Uvh5Notes,
 };
-pub use open::{ReadOptions, open, open_with};
+pub use open::{ReadOptions, open, open_all, open_with};
 pub use reader::{VisReader, VisWriter};
 pub use select::{Selected, Selection};
 pub use stokes::{NoStokesI, StokesIRule, stokes_i};

@@ -2,11 +2,11 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::uvfits::UvfitsReader;
 use crate::uvh5::Uvh5Reader;
-use crate::{Averaged, Averaging, ReadError, Selected, Selection, VisReader};
+use crate::{Averaged, Averaging, Concatenated, ReadError, Selected, Selection, VisReader};
 
 /// First bytes of an HDF5 file (HDF5 File Format Specification 3.0, section II.A).
 const HDF5_SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
@@ -46,6 +46,34 @@ pub fn open_with(path: &Path, options: &ReadOptions) -> Result<Box<dyn VisReader
         reader = Box::new(Averaged::new(path, reader, &options.average)?);
     }
     Ok(reader)
+}
+
+/// Opens several files as one (see [`Concatenated`]); returns also the file, from 0, that each frequency
+/// set-up is of. A column of visibilities is chosen in Measurement Sets only.
+///
+/// # Errors
+/// As [`open_with`] for each of them, or they do not go together.
+pub fn open_all(
+    paths: &[PathBuf],
+    options: &ReadOptions,
+) -> Result<(Box<dyn VisReader>, Vec<u32>), ReadError> {
+    if let [path] = paths {
+        let reader = open_with(path, options)?;
+        let files = vec![0; reader.observation().freq_setups.len()];
+        return Ok((reader, files));
+    }
+    let has_set = paths.iter().any(|path| path.is_dir());
+    let mut readers = Vec::new();
+    for path in paths {
+        let mut options = options.clone();
+        if has_set && !path.is_dir() {
+            options.data_column = None;
+        }
+        readers.push((path.clone(), open_with(path, &options)?));
+    }
+    let all = Concatenated::new(readers)?;
+    let files = all.file_of_setup();
+    Ok((Box::new(all), files))
 }
 
 fn open_file(path: &Path, options: &ReadOptions) -> Result<Box<dyn VisReader>, ReadError> {

@@ -536,7 +536,6 @@ fn copy_with_weights_of_one(from: &Path, to: &Path) {
 fn open(path: &Path, memory_bytes: f64) -> Dataset {
     let options = OpenOptions {
         read: ReadOptions::default(),
-        field: None,
         noise: NoiseSource::Auto,
         memory_bytes,
         profile: Profile::Exponential,
@@ -547,7 +546,7 @@ fn open(path: &Path, memory_bytes: f64) -> Dataset {
             longest_axis_rad: 0.0,
         },
     };
-    Dataset::open(path, &options, &mut |_, _| {}).unwrap()
+    Dataset::open(&[path.to_owned()], &options, &mut |_, _| {}).unwrap()
 }
 
 /// The command line wants at least 16 MB; here two blocks must do.
