@@ -132,6 +132,7 @@ fn agree(first: &Observation, other: &Observation) -> Result<(), String> {
         )),
     };
     let (here, there) = (one(first)?, one(other)?);
+    other.check_phased("a likelihood of several files")?;
     if here.frame != there.frame || distance_rad(&here, &there) > SAME_PLACE_RAD {
         let place = |field: &Field| {
             let (ra, dec) = (field.ra_rad.to_degrees(), field.dec_rad.to_degrees());

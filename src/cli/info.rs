@@ -94,13 +94,12 @@ fn text(report: &Report) -> String {
     );
     for (i, field) in observation.fields.iter().enumerate() {
         let (ra, dec) = (field.ra_rad / DEG, field.dec_rad / DEG);
-        line(
-            "field",
-            format!(
-                "{i} {}  RA {ra:.6} deg, DEC {dec:.6} deg, {:?}",
-                field.name, field.frame
-            ),
-        );
+        let place = if field.drifts {
+            "not phased (drift scan)".to_owned()
+        } else {
+            format!("RA {ra:.6} deg, DEC {dec:.6} deg, {:?}", field.frame)
+        };
+        line("field", format!("{i} {}  {place}", field.name));
     }
     let rows = overview.n_row;
     line(
@@ -130,9 +129,10 @@ fn text(report: &Report) -> String {
     );
     line(
         "noise",
-        overview
-            .noise
-            .map_or("not measured: no Stokes I".into(), |n| n.to_string()),
+        overview.noise.map_or(
+            "not measured: no Stokes I that is not flagged".into(),
+            |n| n.to_string(),
+        ),
     );
     for warning in &observation.warnings {
         line("warning", warning.clone());

@@ -135,8 +135,15 @@ fn first_pass(
 /// Nothing if the data are of one field; the error says what there is to choose from.
 fn one_field(observation: &Observation) -> Result<(), String> {
     let fields = &observation.fields;
-    if fields.len() == 1 {
-        return Ok(());
+    if let [field] = fields.as_slice() {
+        return match field.drifts {
+            true => Err(
+                "the data are not phased (drift scan), so that there is no field to search: \
+                         phase them first, with pyuvdata's UVData.phase"
+                    .into(),
+            ),
+            false => Ok(()),
+        };
     }
     let list = fields.iter().enumerate();
     let names: Vec<_> = list.map(|(i, f)| format!("{i} {}", f.name)).collect();

@@ -114,6 +114,9 @@ impl Uvh5Reader {
                 continue;
             };
             let field = &self.centres.fields[head.field as usize];
+            if field.drifts {
+                continue;
+            }
             evidence.extend(direction::compare(
                 head.uvw_m,
                 head.ants.map(|ant| self.antennas.list[ant as usize].itrf_m),
