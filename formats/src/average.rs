@@ -115,7 +115,7 @@ impl Averaged {
 
     fn refill(&mut self, max_row: usize) -> Result<bool, ReadError> {
         self.row = 0;
-        self.chunk.max_row = max_row;
+        (self.chunk).take_at_most(max_row, self.inner.observation());
         let n = self.inner.read_chunk(&mut self.chunk)?;
         let warnings = &self.inner.observation().warnings;
         self.observation.warnings.clone_from(warnings);

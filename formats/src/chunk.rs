@@ -9,6 +9,9 @@ const MAX_MJD: f64 = 1e6;
 /// Coordinates beyond this are mistakes: the Moon is at 4e8 m.
 const MAX_UVW_M: f64 = 1e15;
 
+/// Values of a chunk between two readers: 13 MB.
+const MAX_VALUES: usize = 1 << 20;
+
 /// A block of rows, owned by the caller and re-used from read to read.
 ///
 /// Axes, slowest first: `r` row, `f` channel (all IFs of a set-up one after the other), `p`
@@ -63,6 +66,14 @@ impl VisChunk {
             max_row: max_row.max(1),
             ..Self::default()
         }
+    }
+
+    /// For a reader over another reader: takes as many rows as whoever asks wants, but never so many
+    /// that the values of `observation` are too many to hold.
+    pub(crate) fn take_at_most(&mut self, max_row: usize, observation: &Observation) {
+        let chans = observation.freq_setups.iter().map(|s| s.freq_hz_f.len());
+        let values = chans.max().unwrap_or(1) * observation.corrs.len();
+        self.max_row = max_row.clamp(1, (MAX_VALUES / values.max(1)).max(1));
     }
 
     /// Forgets the rows and sets the shape of those to come; keeps the allocations.

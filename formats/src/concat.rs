@@ -243,7 +243,7 @@ impl VisReader for Concatenated {
     fn read_chunk(&mut self, chunk: &mut VisChunk) -> Result<usize, ReadError> {
         self.clear(chunk);
         while let Some(part) = self.parts.get_mut(self.now) {
-            self.chunk.max_row = chunk.max_row;
+            (self.chunk).take_at_most(chunk.max_row, part.reader.observation());
             let n_row = part.reader.read_chunk(&mut self.chunk)?;
             if n_row > 0 {
                 chunk.clear(self.chunk.n_chan, self.observation.corrs.len());

@@ -92,7 +92,7 @@ impl Selected {
     /// Reads on where all rows of the chunk are done; false at the end.
     fn refill(&mut self, max_row: usize) -> Result<bool, ReadError> {
         self.row = 0;
-        self.chunk.max_row = max_row;
+        (self.chunk).take_at_most(max_row, self.inner.observation());
         let n = self.inner.read_chunk(&mut self.chunk)?;
         // Some warnings come only with the last rows.
         let warnings = &self.inner.observation().warnings;
