@@ -136,14 +136,14 @@ fn first_pass(
 fn one_field(observation: &Observation) -> Result<(), String> {
     let fields = &observation.fields;
     if let [field] = fields.as_slice() {
-        return match field.drifts {
-            true => Err(
-                "the data are not phased (drift scan), so that there is no field to search: \
-                         phase them first, with pyuvdata's UVData.phase"
+        if field.drifts {
+            return Err(
+                "the data are not phased (drift scan), so that there is no field to search: phase them \
+                 first, with pyuvdata's UVData.phase"
                     .into(),
-            ),
-            false => Ok(()),
-        };
+            );
+        }
+        return Ok(());
     }
     let list = fields.iter().enumerate();
     let names: Vec<_> = list.map(|(i, f)| format!("{i} {}", f.name)).collect();

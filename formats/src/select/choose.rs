@@ -5,14 +5,16 @@ use std::collections::BTreeSet;
 use super::Selection;
 use crate::{FreqSetup, Observation, VisChunk};
 
+/// Pairs of antennas, the smaller index first, and antennas of which all pairs are wanted.
+type Baselines = (BTreeSet<(u32, u32)>, BTreeSet<u32>);
+
 /// Which rows are wanted.
 #[derive(Debug)]
 pub(super) struct Rows {
     /// The only field wanted.
     field: Option<u32>,
     times_mjd: Option<[f64; 2]>,
-    /// Pairs of antennas, the smaller index first, and antennas of which all pairs are wanted.
-    baselines: Option<(BTreeSet<(u32, u32)>, BTreeSet<u32>)>,
+    baselines: Option<Baselines>,
     cross_only: bool,
 }
 
@@ -84,7 +86,7 @@ fn field(observation: &Observation, wanted: &str) -> Result<u32, String> {
 fn baselines(
     observation: &Observation,
     list: &[(String, Option<String>)],
-) -> Result<(BTreeSet<(u32, u32)>, BTreeSet<u32>), String> {
+) -> Result<Baselines, String> {
     let (mut pairs, mut antennas) = (BTreeSet::new(), BTreeSet::new());
     for (first, second) in list {
         let a = antenna(observation, first)?;

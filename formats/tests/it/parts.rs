@@ -211,9 +211,9 @@ fn averages_do_not_depend_on_the_order_of_rows() {
         assert_eq!(by_time.uvw_m_r[a], by_baseline.uvw_m_r[b]);
         assert!((by_time.time_mjd_r[a] - by_baseline.time_mjd_r[b]).abs() < 1e-11);
     };
-    [(0, 0), (1, 2), (2, 1), (3, 3)]
-        .into_iter()
-        .for_each(|(a, b)| same(a, b));
+    for (a, b) in [(0, 0), (1, 2), (2, 1), (3, 3)] {
+        same(a, b);
+    }
     // The first baseline's first step: times 0, 1, 2 of weights 1, 2, 3, and in the first channel's
     // first correlation the second time is flagged.
     let weight = [1.0 + 3.0 + 6.0, 6.0 + 6.0];
