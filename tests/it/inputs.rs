@@ -50,7 +50,7 @@ fn halves_of_an_observation_give_the_catalogue_of_the_whole() {
     find(&[&first, &second], &at("both.fits"));
     let column = |name: &str, column: &str| {
         let table = read_table(&at(name), None).unwrap();
-        table.numbers(column).unwrap().to_vec()
+        table.numbers(column).unwrap().clone()
     };
     for name in [
         "RA",
