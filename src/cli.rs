@@ -4,6 +4,7 @@ mod convert;
 mod evaluate;
 mod info;
 mod progress;
+mod select;
 mod simulate;
 
 use std::io::Write as _;
@@ -28,6 +29,8 @@ Examples:
       A long run that may be killed: the same command goes on where it was.
   vis2cat field.uvfits sources.fits --chains chains
       Chains for getdist and anesthetic beside the catalogue, chains/source_1.txt and so on.
+  vis2cat day1.ms day2.uvfits sources.fits
+      Several observations of one field, in one likelihood.
   vis2cat info field.uvfits
       What is in the file, and how noisy it is.
   vis2cat convert field.ms field.uvfits
@@ -86,12 +89,10 @@ pub struct CommonArgs {
 
 #[derive(Debug, Args)]
 struct DetectArgs {
-    /// Visibilities: a UVFITS or UVH5 file, or a Measurement Set
-    #[arg(value_name = "IN", required = true)]
-    input: Option<PathBuf>,
-    /// Catalogue to write; the posterior samples go to OUT.posterior.fits
-    #[arg(value_name = "OUT.fits", required = true)]
-    output: Option<PathBuf>,
+    /// Visibilities of one field (UVFITS or UVH5 files, Measurement Sets), and last the catalogue to
+    /// write; the posterior samples go to OUT.posterior.fits
+    #[arg(value_names = ["IN", "OUT.fits"], num_args = 2.., required = true)]
+    paths: Vec<PathBuf>,
     /// Options from a TOML file; flags win over it
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -119,6 +120,9 @@ struct Flags {
     /// Name or number of the field, where the file holds several
     #[arg(long, value_name = "FIELD")]
     field: Option<String>,
+    /// Numbers of the spectral windows to use, as in 0,2 [default: all]
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',')]
+    spw: Option<Vec<i64>>,
     /// Column of visibilities of a Measurement Set [default: CORRECTED_DATA where filled, or DATA]
     #[arg(long, value_name = "NAME")]
     data_column: Option<String>,
@@ -183,6 +187,7 @@ impl Flags {
     fn apply(self, config: &mut Config) {
         set(&mut config.fov, self.fov);
         set(&mut config.field, self.field.map(Some));
+        set(&mut config.spw, self.spw);
         set(&mut config.data_column, self.data_column.map(Some));
         set(&mut config.prior.flux, self.flux);
         set(&mut config.snr_cut, self.snr_cut);
@@ -231,7 +236,11 @@ impl Cli {
 }
 
 fn detect(args: DetectArgs) -> Result<(), RunError> {
-    let (Some(input), Some(output)) = (args.input, args.output) else {
+    let Some((output, inputs)) = args
+        .paths
+        .split_last()
+        .filter(|(_, inputs)| !inputs.is_empty())
+    else {
         return Err(RunError::Config(ConfigError::Value {
             key: "IN OUT.fits",
             value: String::new(),
@@ -251,12 +260,12 @@ fn detect(args: DetectArgs) -> Result<(), RunError> {
     };
     let mut progress = progress::Bar::new(args.common.quiet);
     let outputs = Outputs {
-        catalogue: &output,
+        catalogue: output,
         chains: args.chains.as_deref(),
         overwrite: args.common.overwrite,
         keep,
     };
-    let outcome = run::run(&input, outputs, &config, &mut progress)?;
+    let outcome = run::run(inputs, outputs, &config, &mut progress)?;
     progress.finish();
     if !args.common.quiet {
         say(&outcome.summary);

@@ -67,9 +67,9 @@ pub enum DatasetError {
 /// Counts and scales of the selected samples.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct DataInfo {
-    /// Rows read.
+    /// Rows of the files.
     pub n_row: u64,
-    /// Rows of the chosen field that are no autocorrelations.
+    /// Rows selected that are no autocorrelations.
     pub n_row_used: u64,
     /// Stokes I samples used.
     pub n_sample: u64,
@@ -87,14 +87,13 @@ pub struct DataInfo {
     pub max_w: f64,
     /// Width (standard deviation) of the response to a typical source at natural weight [rad].
     pub beam_rad: f64,
-    /// Noise level and where it comes from.
-    pub noise: NoiseReport,
+    /// Noise level of each file and where it comes from.
+    pub noise: Vec<NoiseReport>,
 }
 
 /// The selected samples, less the sources found so far.
 pub struct Dataset {
     observation: Observation,
-    field: u32,
     info: DataInfo,
     profile: Profile,
     store: Store,
@@ -115,7 +114,7 @@ enum Store {
 }
 
 impl Dataset {
-    /// What the file is about.
+    /// What the files are about.
     pub fn observation(&self) -> &Observation {
         &self.observation
     }
@@ -132,7 +131,7 @@ impl Dataset {
 
     /// The phase centre that the data are selected for.
     pub fn phase_centre(&self) -> &Field {
-        &self.observation.fields[self.field as usize]
+        &self.observation.fields[0]
     }
 
     /// Points evaluated so far.

@@ -4,7 +4,7 @@ mod outcome;
 
 use std::path::{Path, PathBuf};
 
-use vis2cat_formats::{ReadError, ReadOptions, WriteError};
+use vis2cat_formats::{ReadError, ReadOptions, Selection, WriteError};
 
 use crate::catalogue::CataloguePaths;
 use crate::chains;
@@ -109,12 +109,12 @@ pub struct Outputs<'a> {
     pub keep: Keep,
 }
 
-/// Finds the sources in `input` and writes a catalogue and its posterior samples.
+/// Finds the sources in `inputs`, which are of one field, and writes a catalogue and its posterior samples.
 ///
 /// # Errors
 /// Whatever stopped the run; no output stands under its final name then.
 pub fn run(
-    input: &Path,
+    inputs: &[PathBuf],
     outputs: Outputs,
     config: &Config,
     observer: &mut dyn Observer,
@@ -126,13 +126,14 @@ pub fn run(
     if let Some(folder) = outputs.chains {
         chains::refuse_existing(folder, overwrite)?;
     }
-    let digest = digest(input)?;
-    let checkpoint = checkpoint(outputs, config, &digest)?;
-    let mut dataset = open(input, config, observer)?;
+    let digests = inputs.iter().map(|input| digest(input));
+    let digests = digests.collect::<Result<Vec<_>, _>>()?;
+    let checkpoint = checkpoint(outputs, config, &digests)?;
+    let mut dataset = open(inputs, config, observer)?;
     if let Some(checkpoint) = checkpoint {
         dataset.set_checkpoint(checkpoint);
     }
-    report_noise(&dataset);
+    report_noise(inputs, &dataset);
     let field = field_of_view(config.fov.0);
     let beam_rad = dataset.info().beam_rad;
     let n_tile = n_tile(config, beam_rad);
@@ -164,7 +165,7 @@ pub fn run(
         settings.n_live
     );
     let detection = detect(&mut dataset, &settings, observer)?;
-    let outcome = Outcome::new(config, &digest, &dataset, &settings, &detection);
+    let outcome = Outcome::new(config, &digests, &dataset, &settings, &detection);
     if let Some(folder) = outputs.chains {
         let (sources, posterior) = (&outcome.sources, &outcome.posterior);
         chains::write(folder, overwrite, config, sources, posterior)?;
@@ -180,13 +181,13 @@ pub fn run(
 fn checkpoint(
     outputs: Outputs,
     config: &Config,
-    digest: &str,
+    digests: &[String],
 ) -> Result<Option<Checkpoint>, CheckpointError> {
     let path = outputs.catalogue.with_extension("checkpoint");
     let identity = Identity {
         version: env!("CARGO_PKG_VERSION").into(),
         processor: format!("{}, {:?}", std::env::consts::ARCH, Isa::detect()),
-        input: digest.into(),
+        input: digests.join(" "),
         config: config.to_toml(),
     };
     match outputs.keep {
@@ -197,7 +198,7 @@ fn checkpoint(
 }
 
 fn open(
-    input: &Path,
+    inputs: &[PathBuf],
     config: &Config,
     observer: &mut dyn Observer,
 ) -> Result<Dataset, DatasetError> {
@@ -205,8 +206,13 @@ fn open(
     let options = OpenOptions {
         read: ReadOptions {
             data_column: config.data_column.clone(),
+            select: Selection {
+                field: config.field.clone(),
+                spws: config.spw.clone(),
+                ..Selection::default()
+            },
+            ..ReadOptions::default()
         },
-        field: config.field.clone(),
         noise: config.noise,
         memory_bytes: config.memory.0,
         profile: config.prior.profile,
@@ -225,21 +231,25 @@ fn open(
         }
         observer.advance(done, 0);
     };
-    Dataset::open(input, &options, &mut progress)
+    Dataset::open(inputs, &options, &mut progress)
 }
 
-/// Both noise levels, loudly where they disagree.
-fn report_noise(dataset: &Dataset) {
-    let noise = &dataset.info().noise;
-    let used = match noise.used {
-        NoiseUsed::Weights => "the weights as they are",
-        NoiseUsed::Data => "the weights, scaled to the noise in the data",
-        NoiseUsed::Sefd => "the system equivalent flux density",
-    };
-    if noise.disagrees() {
-        tracing::warn!("noise of a Stokes I sample: {noise}; used: {used} (see --noise)");
-    } else {
-        tracing::info!("noise of a Stokes I sample: {noise}; used: {used}");
+/// Both noise levels of each file, loudly where they disagree.
+fn report_noise(inputs: &[PathBuf], dataset: &Dataset) {
+    for (input, noise) in inputs.iter().zip(&dataset.info().noise) {
+        let used = match noise.used {
+            NoiseUsed::Weights => "the weights as they are",
+            NoiseUsed::Data => "the weights, scaled to the noise in the data",
+            NoiseUsed::Sefd => "the system equivalent flux density",
+        };
+        let input = input.display();
+        if noise.disagrees() {
+            tracing::warn!(
+                "{input}: noise of a Stokes I sample: {noise}; used: {used} (see --noise)"
+            );
+        } else {
+            tracing::info!("{input}: noise of a Stokes I sample: {noise}; used: {used}");
+        }
     }
 }
 

@@ -40,17 +40,10 @@ impl WeightRule {
     }
 }
 
-/// Which rows are taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum FieldChoice {
-    /// Those of every field.
-    All,
-    /// Those of one.
-    One(u32),
-}
-
 /// What one Stokes I sample is made of, for whoever wants to look on.
 pub(super) struct Sample {
+    /// The file that it is of, from 0.
+    pub(super) file: usize,
     /// Index of the row's two antennas.
     pub(super) baseline: (u32, u32),
     /// Channel.
@@ -73,12 +66,12 @@ pub(super) struct Sample {
 pub(super) trait Tally {
     /// Rows have come from the file.
     fn chunk(&mut self, _chunk: &VisChunk) {}
-    /// A used row begins.
-    fn row(&mut self) {}
+    /// A used row of a file begins.
+    fn row(&mut self, _file: usize) {}
     /// A sample is used.
     fn sample(&mut self, _sample: &Sample) {}
-    /// A sample is lost to flags.
-    fn flagged(&mut self) {}
+    /// A sample of a file is lost to flags.
+    fn flagged(&mut self, _file: usize) {}
 }
 
 /// Nobody looks on.
@@ -89,8 +82,10 @@ impl Tally for NoTally {}
 pub(super) struct Ingest {
     reader: Box<dyn VisReader>,
     rule: StokesIRule,
-    field: FieldChoice,
-    weights: WeightRule,
+    /// The file that each frequency set-up is of.
+    file_of_setup: Vec<u32>,
+    /// What is done with the weights of each file.
+    weights: Vec<WeightRule>,
     chunk: VisChunk,
     /// Weight of each correlation, where the file's is not to be used.
     sefd_weight_p: Vec<f32>,
@@ -99,16 +94,14 @@ pub(super) struct Ingest {
     /// Next row of the chunk.
     row: usize,
     at_end: bool,
-    /// Rows taken from the file since the start.
-    pub(super) n_row: u64,
 }
 
 impl Ingest {
     pub(super) fn new(
         reader: Box<dyn VisReader>,
         rule: StokesIRule,
-        field: FieldChoice,
-        weights: WeightRule,
+        file_of_setup: Vec<u32>,
+        weights: Vec<WeightRule>,
     ) -> Self {
         let observation = reader.observation();
         let n_chan = observation
@@ -126,12 +119,11 @@ impl Ingest {
             block_len: BLOCK_LEN + n_chan,
             reader,
             rule,
-            field,
+            file_of_setup,
             weights,
             chunk,
             row: 0,
             at_end: false,
-            n_row: 0,
         }
     }
 
@@ -139,14 +131,19 @@ impl Ingest {
         self.reader.observation()
     }
 
-    pub(super) fn set_weights(&mut self, weights: WeightRule) {
+    /// Rows of the files that are done, wanted or not.
+    pub(super) fn n_row(&self) -> u64 {
+        self.reader.n_row_read()
+    }
+
+    pub(super) fn set_weights(&mut self, weights: Vec<WeightRule>) {
         self.weights = weights;
     }
 
     pub(super) fn rewind(&mut self) -> Result<(), DatasetError> {
         self.reader.rewind()?;
         self.chunk.clear(0, 0);
-        (self.row, self.at_end, self.n_row) = (0, false, 0);
+        (self.row, self.at_end) = (0, false);
         Ok(())
     }
 
@@ -161,7 +158,6 @@ impl Ingest {
             if self.row == self.chunk.n_row {
                 self.row = 0;
                 let n = self.reader.read_chunk(&mut self.chunk)?;
-                self.n_row += n as u64;
                 self.at_end = n == 0;
                 tally.chunk(&self.chunk);
             } else {
@@ -175,18 +171,19 @@ impl Ingest {
     fn take_row(&mut self, block: &mut VisBlock, tally: &mut impl Tally) {
         let (chunk, r) = (&self.chunk, self.row);
         let baseline = (chunk.ant1_r[r], chunk.ant2_r[r]);
-        let is_other = matches!(self.field, FieldChoice::One(field) if field != chunk.field_r[r]);
-        if baseline.0 == baseline.1 || is_other {
+        if baseline.0 == baseline.1 {
             return;
         }
-        tally.row();
+        let file = self.file_of_setup[chunk.freq_setup_r[r] as usize] as usize;
+        let weights = self.weights[file];
+        tally.row(file);
         let observation = self.reader.observation();
         let setup = &observation.freq_setups[chunk.freq_setup_r[r] as usize];
         let (uvw_m, interval_s) = (chunk.uvw_m_r[r], chunk.interval_s_r[r]);
         for chan in 0..chunk.n_chan {
             let first = (r * chunk.n_chan + chan) * chunk.n_corr;
             let range = first..first + chunk.n_corr;
-            let weight_p = match self.weights {
+            let weight_p = match weights {
                 WeightRule::Scaled(_) => &chunk.weight_rfp[range.clone()],
                 WeightRule::Sefd(sefd_jy) => {
                     let bandwidth_hz = setup.chan_width_hz_f[chan];
@@ -197,13 +194,14 @@ impl Ingest {
             };
             let (vis_jy_p, flag_p) = (&chunk.vis_jy_rfp[range.clone()], &chunk.flag_rfp[range]);
             let Some((vis_jy, weight)) = self.rule.apply(vis_jy_p, weight_p, flag_p) else {
-                tally.flagged();
+                tally.flagged(file);
                 continue;
             };
             let half_difference = self.rule.half_difference(vis_jy_p, weight_p, flag_p);
             let freq_hz = setup.freq_hz_f[chan];
             let uvw = uvw_m.map(|metres| metres * freq_hz / SPEED_OF_LIGHT);
             tally.sample(&Sample {
+                file,
                 baseline,
                 chan,
                 time_mjd: chunk.time_mjd_r[r],
@@ -213,7 +211,7 @@ impl Ingest {
                 weight,
                 half_difference_jy: half_difference.map(|(difference_jy, _)| difference_jy),
             });
-            self.weights.push(block, uvw, vis_jy, weight);
+            weights.push(block, uvw, vis_jy, weight);
         }
     }
 }

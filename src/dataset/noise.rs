@@ -219,6 +219,7 @@ mod tests {
                 // A unit exponential by quantiles: |h|² = 2 σ² t with σ = 1 Jy.
                 let t = -((f64::from(i) + 0.5) / 1e4).ln();
                 tally.sample(&Sample {
+                    file: 0,
                     baseline: (0, 1),
                     chan: 0,
                     time_mjd: 0.0,

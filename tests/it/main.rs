@@ -9,6 +9,7 @@ mod cli;
 mod convert;
 mod detect;
 mod evaluate;
+mod inputs;
 mod oracles;
 mod pyuvdata;
 mod sampler;
