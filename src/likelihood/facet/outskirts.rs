@@ -51,6 +51,9 @@ impl Outskirts {
 
     /// The smallest Q beyond which what is left of Y is negligible.
     pub(super) fn q_max(&self, term: &FacetTerm) -> f64 {
+        if term.profile == Profile::Point {
+            return term.q_max;
+        }
         let factor_squared = |q: f64| match term.profile {
             Profile::Exponential => (1.0 + q).powi(-3),
             Profile::Gaussian => (-2.0 * q).exp2(),
