@@ -3,7 +3,7 @@
 //! Long baselines resolve most galaxies, and most cells of a facet are those of long baselines.
 
 use super::cells::{Common, LANES};
-use super::plan::FacetPlan;
+use super::plan::{FacetPlan, GUARD};
 use super::term::FacetTerm;
 use crate::rime::shape::Profile;
 
@@ -20,8 +20,11 @@ const STEP: f64 = 1.3;
 /// Weight [Jy⁻²] by baseline length, in logarithmic bins from the longest baseline down.
 #[derive(Debug)]
 pub(super) struct Outskirts {
-    uv_max: f64,
     weight: [f64; N_BIN],
+    /// Square of the longest baseline in each bin [wavelength²], and of how far out the cells reach that
+    /// interpolate there.
+    uv2: [f64; N_BIN],
+    reach2: [f64; N_BIN],
 }
 
 impl Outskirts {
@@ -43,9 +46,12 @@ impl Outskirts {
             }
         }
         // Between the samples the grids go below zero.
+        let longest = |bin: usize| plan.uv_max * (-(bin as f64) / PER_OCTAVE).exp2();
+        let reach = |uv: f64| uv + GUARD as f64 * plan.cell(plan.level_of(uv, 0.0));
         Outskirts {
-            uv_max: plan.uv_max,
             weight: weight.map(|w| w.max(0.0)),
+            uv2: std::array::from_fn(|bin| longest(bin).powi(2)),
+            reach2: std::array::from_fn(|bin| reach(longest(bin)).powi(2)),
         }
     }
 
@@ -60,19 +66,17 @@ impl Outskirts {
             Profile::Point => 1.0,
         };
         let [short, long] = term.axes_squared();
-        let uv2: [f64; N_BIN] = std::array::from_fn(|bin| {
-            let outer = self.uv_max * (-(bin as f64) / PER_OCTAVE).exp2();
-            outer * outer
-        });
-        let bins = || self.weight.iter().zip(&uv2);
+        let bins = || self.weight.iter().zip(&self.uv2).zip(&self.reach2);
         // Of F² in a bin: less than on the long axis at its outer, more than on the short one at its
         // inner edge.
-        let y: f64 = bins().map(|(w, uv2)| w * factor_squared(long * uv2)).sum();
+        let y: f64 = bins()
+            .map(|((w, uv2), _)| w * factor_squared(long * uv2))
+            .sum();
         let inner = (-2.0 / PER_OCTAVE).exp2();
         let left_out = |q: f64| -> f64 {
             bins()
-                .take_while(|(_, uv2)| long * **uv2 > q)
-                .map(|(w, uv2)| w * factor_squared(q.max(short * uv2 * inner)))
+                .take_while(|(_, reach2)| long * **reach2 > q)
+                .map(|((w, uv2), _)| w * factor_squared(q.max(short * uv2 * inner)))
                 .sum()
         };
         let mut q = term.q_max;

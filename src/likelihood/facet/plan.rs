@@ -22,7 +22,7 @@ use std::f64::consts::PI;
 use std::fmt;
 
 /// Cells beyond the longest baseline that are kept: interpolation reaches as far.
-const GUARD: usize = 10;
+pub(super) const GUARD: usize = 10;
 
 /// Oversampling of the grid that samples are spread on: 5/4, as a ratio of transform lengths.
 const FINE: [usize; 2] = [5, 4];
