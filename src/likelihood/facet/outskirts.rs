@@ -14,6 +14,8 @@ const LEFT_OUT: f64 = 1e-8;
 const PER_OCTAVE: f64 = 4.0;
 /// Bins: 10 octaves below the longest baseline.
 const N_BIN: usize = 40;
+/// Nothing is left out where F is larger: what interpolates the samples further in reaches as far.
+const LARGEST_FACTOR: f64 = 3e-3;
 /// Limits of Q are powers of this.
 const STEP: f64 = 1.3;
 
@@ -57,9 +59,6 @@ impl Outskirts {
 
     /// The smallest Q beyond which what is left of Y is negligible.
     pub(super) fn q_max(&self, term: &FacetTerm) -> f64 {
-        if term.profile == Profile::Point {
-            return term.q_max;
-        }
         let factor_squared = |q: f64| match term.profile {
             Profile::Exponential => (1.0 + q).powi(-3),
             Profile::Gaussian => (-2.0 * q).exp2(),
@@ -80,7 +79,8 @@ impl Outskirts {
                 .sum()
         };
         let mut q = term.q_max;
-        while q > f64::MIN_POSITIVE && left_out(q / STEP) < LEFT_OUT * y {
+        let is_faint = |q: f64| factor_squared(q) < LARGEST_FACTOR * LARGEST_FACTOR;
+        while is_faint(q / STEP) && left_out(q / STEP) < LEFT_OUT * y {
             q /= STEP;
         }
         q
