@@ -351,6 +351,9 @@ mod tests {
         }
     }
 
+    /// A change of the identity, and what the error says of it.
+    type Change = (fn(&mut Identity), &'static str);
+
     #[test]
     fn another_question_or_another_run_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
@@ -364,7 +367,7 @@ mod tests {
             Err(CheckpointError::Strayed { n_answer: 2, .. })
         ));
         drop(checkpoint);
-        let others: [(fn(&mut Identity), &str); 4] = [
+        let others: [Change; 4] = [
             (|i| i.version = "2".into(), "vis2cat 1, this is 2"),
             (|i| i.processor = "two".into(), "written on one"),
             (|i| i.input = "xyz".into(), "input"),

@@ -39,11 +39,11 @@ impl Outskirts {
             for (i, pack) in packs.iter().enumerate() {
                 let (row, first) = (i / packs_per_row, i % packs_per_row * LANES);
                 let window = if is_last { &pack.low } else { &pack.band };
-                for k in 0..LANES {
+                for (k, (w, window)) in pack.weight.iter().zip(window).enumerate() {
                     let uv = plan.cell(level) * ((first + k) as f64 - half).hypot(row as f64);
                     let octaves = (plan.uv_max / uv.max(f64::MIN_POSITIVE)).log2();
                     let bin = (octaves * PER_OCTAVE).clamp(0.0, (N_BIN - 1) as f64) as usize;
-                    weight[bin] += f64::from(pack.weight[k] * window[k]);
+                    weight[bin] += f64::from(w * window);
                 }
             }
         }
