@@ -47,10 +47,10 @@ impl Outskirts {
                 }
             }
         }
-        // Between the samples the grids go below zero.
         let longest = |bin: usize| plan.uv_max * (-(bin as f64) / PER_OCTAVE).exp2();
         let reach = |uv: f64| uv + GUARD as f64 * plan.cell(plan.level_of(uv, 0.0));
         Outskirts {
+            // Between the samples the grids go below zero.
             weight: weight.map(|w| w.max(0.0)),
             uv2: std::array::from_fn(|bin| longest(bin).powi(2)),
             reach2: std::array::from_fn(|bin| reach(longest(bin)).powi(2)),
