@@ -95,10 +95,7 @@ pub trait Sampler: Send {
 /// A sampler of a posterior of one piece that is roughly known, driven like a [`Sampler`].
 pub trait PosteriorSampler: Send {
     /// Points to evaluate next, axes (point, dimension); empty when the run is finished.
-    ///
-    /// # Errors
-    /// The run cannot go on.
-    fn ask(&mut self) -> Result<&[f64], SamplerError>;
+    fn ask(&mut self) -> &[f64];
 
     /// Takes ln L of the points of the last `ask`.
     ///

@@ -297,11 +297,8 @@ impl Refinement<'_> {
         loop {
             let points: Vec<Vec<Source>> = active
                 .par_iter_mut()
-                .map(|a| {
-                    let asked = a.sampler.ask().map_err(|e| in_region(&a.regions[0], e));
-                    asked.map(|u| sources_at(self, &a.regions, u))
-                })
-                .collect::<Result<_, _>>()?;
+                .map(|a| sources_at(self, &a.regions, a.sampler.ask()))
+                .collect();
             if points.iter().all(Vec::is_empty) {
                 return Ok(());
             }

@@ -73,6 +73,13 @@ pub struct Detection {
 impl Detection {
     /// Tells how well the samplers did, loudly where they did not.
     fn report_health(&self) {
+        if self.n_tile_unfinished > 0 {
+            tracing::warn!(
+                "{} searches of tiles were stopped before they had all the evidence; what they found was sampled \
+                 again, but more live points (--n-live) or smaller tiles (--tile-size) would find more",
+                self.n_tile_unfinished
+            );
+        }
         let stages = [
             ("searches", &self.search_health),
             ("posteriors", &self.source_health),

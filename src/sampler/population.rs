@@ -150,7 +150,7 @@ impl Population {
 }
 
 impl PosteriorSampler for Population {
-    fn ask(&mut self) -> Result<&[f64], SamplerError> {
+    fn ask(&mut self) -> &[f64] {
         if self.z.is_empty() {
             let n = match self.stage {
                 Stage::Fitting { .. } => POINTS_PER_DIM * self.config.n_dim,
@@ -159,7 +159,7 @@ impl PosteriorSampler for Population {
             };
             self.propose(n);
         }
-        Ok(&self.u)
+        &self.u
     }
 
     fn tell(&mut self, log_l: &[f64]) -> Result<(), SamplerError> {

@@ -188,7 +188,7 @@ fn population(blend: &Blend, laplace: &Laplace, seed: u64) -> Sample {
 fn drawn(blend: &Blend, mut sampler: Box<dyn PosteriorSampler>) -> Sample {
     let n_dim = blend.n_dim();
     loop {
-        let u = sampler.ask().expect("a run that goes on");
+        let u = sampler.ask();
         if u.is_empty() {
             break;
         }

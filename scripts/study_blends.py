@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Are the errors of overlapping galaxies right? Pairs of galaxies under many realisations of the noise.
+"""Are the errors of overlapping galaxies right? Blends of galaxies under many realisations of the noise.
 
-    study_pairs.py --seeds 20 [--case NAME] [--program PATH ...]
+    study_blends.py --seeds 20 [--case NAME] [--program PATH ...]
 
 Each case is simulated and searched once a seed by every program given (say, builds with and without
 joint sampling). From the posterior samples come, for each galaxy, the pulls (mean - truth) / error of
-position, flux density, ln scale-length and ellipticity, whose root mean square should be 1; and for both
-together the chi square of the 12 parameters with their joint covariance, whose mean should be 12 (members
-of different groups count as independent). Needs astropy and numpy, and a release build.
+position, flux density, ln scale-length and ellipticity, whose root mean square should be 1; and for all
+together the chi square of their parameters with their joint covariance, whose mean should be their number
+(members of different groups count as independent). Needs astropy and numpy, and a release build.
 """
 
 import argparse
@@ -34,6 +34,12 @@ CASES = {
         "--array ska1-mid --tint 1h --sefd 150Jy",
         "--fov 1arcmin --flux 3uJy:500uJy",
         [(53.1188, -30.325, 200, 2.3, 0.2, 0.1), (53.12202, -30.325, 10, 0.8, -0.1, 0.15)],
+    ),
+    "row of five": (
+        "--array vla-a --tint 20min --sefd 20Jy",
+        "--fov 40arcsec --flux 5uJy:500uJy",
+        [(53.1188 + 0.00095 * k, -30.325 + 0.0002 * (-1) ** k, 40 - 4 * k, 0.9 - 0.05 * k, 0.2 - 0.1 * k, 0.1)
+         for k in range(-2, 3)],
     ),
 }
 
@@ -64,13 +70,14 @@ def moments(weight, offsets):
 
 
 def chi_square(members):
-    """Of all parameters of both members, in their joint covariance where they have one."""
-    (_, group_a, weight, a), (_, group_b, weight_b, b) = members
-    if group_a == group_b:
-        mean, covariance = moments(weight, np.hstack([a, b]))
-        return mean @ np.linalg.solve(covariance, mean), True
-    parts = [moments(weight, a), moments(weight_b, b)]
-    return sum(mean @ np.linalg.solve(covariance, mean) for mean, covariance in parts), False
+    """Of all parameters of all members, in their joint covariance where they have one; the largest group."""
+    total, largest = 0.0, 0
+    for group in {member[1] for member in members}:
+        together = [member for member in members if member[1] == group]
+        mean, covariance = moments(together[0][2], np.hstack([member[3] for member in together]))
+        total += mean @ np.linalg.solve(covariance, mean)
+        largest = max(largest, len(together))
+    return total, largest
 
 
 def study(program, case, seeds, folder):
@@ -85,24 +92,24 @@ def study(program, case, seeds, folder):
                      f"--seed {seed} --overwrite {simulation}")
         run(program, f"{data} {out} --overwrite {search}")
         members = posterior(out, truth)
-        if [member[0] for member in members] != [0, 1]:
+        if [member[0] for member in members] != list(range(len(truth))):
             print(f"  seed {seed}: found {[member[0] for member in members]}", flush=True)
             continue
-        of_both = [moments(member[2], member[3]) for member in members]
-        error = np.array([np.sqrt(np.diag(covariance)) for _, covariance in of_both])
-        pulls.append(np.array([mean for mean, _ in of_both]) / error)
+        of_each = [moments(member[2], member[3]) for member in members]
+        error = np.array([np.sqrt(np.diag(covariance)) for _, covariance in of_each])
+        pulls.append(np.array([mean for mean, _ in of_each]) / error)
         errors.append(error)
-        chi2_of_pair, is_joint = chi_square(members)
-        chi2.append(chi2_of_pair)
-        joint += is_joint
+        chi2_of_all, largest = chi_square(members)
+        chi2.append(chi2_of_all)
+        joint += largest == len(truth)
     report(program, case, np.array(pulls), np.array(errors), np.array(chi2), joint)
 
 
 def report(program, case, pulls, errors, chi2, joint):
     n = len(pulls)
-    print(f"{case}, {program}: {n} pairs, {joint} sampled jointly")
+    print(f"{case}, {program}: {n} blends, all of {joint} sampled jointly")
     print("  galaxy " + "".join(f"{name:>10}" for name in NAMES))
-    for galaxy in (0, 1):
+    for galaxy in range(pulls.shape[1]):
         for title, values in (("rms pull", np.sqrt((pulls[:, galaxy] ** 2).mean(0))),
                               ("mean pull", pulls[:, galaxy].mean(0)),
                               ("mean error", errors[:, galaxy].mean(0))):
@@ -110,7 +117,7 @@ def report(program, case, pulls, errors, chi2, joint):
     rms, scatter = np.sqrt((pulls ** 2).mean()), np.sqrt(0.5 / pulls.size)
     print(f"  rms pull of all {rms:.3f} (1 +- {scatter:.3f} if independent), "
           f"largest {np.abs(pulls).max():.1f}")
-    print(f"  chi square of 12 {chi2.mean():.1f} +- {chi2.std() / np.sqrt(n):.1f}", flush=True)
+    print(f"  chi square of {pulls[0].size} {chi2.mean():.1f} +- {chi2.std() / np.sqrt(n):.1f}", flush=True)
 
 
 def main():
