@@ -133,6 +133,11 @@ quantity!(
     &[("s", 1.0), ("ms", 1e-3), ("min", 60.0), ("h", 3600.0), ("d", 86400.0)]
 );
 quantity!(
+    /// A length [m].
+    Length, LENGTH, "a length", "13.5m",
+    &[("m", 1.0), ("km", 1e3), ("cm", 1e-2)]
+);
+quantity!(
     /// An amount of memory [byte].
     Memory, MEMORY, "an amount of memory", "512MB",
     &[("MB", 1e6), ("kB", 1e3), ("GB", 1e9), ("TB", 1e12), ("KiB", 1024.0), ("MiB", 1_048_576.0),

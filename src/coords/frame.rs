@@ -35,6 +35,21 @@ impl IcrsCentre {
         }
     }
 
+    /// A direction, given as a unit vector in ICRS, in the file's own axes: east, north, towards the
+    /// phase centre.
+    pub fn from_icrs(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        let (sin_ra, cos_ra) = self.centre.ra_rad.sin_cos();
+        let (sin_dec, cos_dec) = self.centre.dec_rad.sin_cos();
+        let along = x * cos_ra + y * sin_ra;
+        let (east, north) = (y * cos_ra - x * sin_ra, z * cos_dec - along * sin_dec);
+        let (sin, cos) = self.north_rad.sin_cos();
+        [
+            east * cos - north * sin,
+            north * cos + east * sin,
+            along * cos_dec + z * sin_dec,
+        ]
+    }
+
     /// `source` with its position and shape about the ICRS axes.
     pub fn turn(&self, source: &Source) -> Source {
         let (sin, cos) = self.north_rad.sin_cos();
@@ -63,6 +78,26 @@ fn to_icrs(native: RaDec, frame: Frame) -> RaDec {
 mod tests {
     use super::*;
     use crate::units::DEG;
+
+    #[test]
+    fn a_direction_turns_as_a_source_does() {
+        let native = RaDec {
+            ra_rad: 40.0 * DEG,
+            dec_rad: 62.0 * DEG,
+        };
+        let lm = Lm { l: 0.03, m: -0.02 };
+        for frame in [Frame::Icrs, Frame::Fk4(1950.0)] {
+            let icrs = IcrsCentre::new(native, frame);
+            let source = Source {
+                lm,
+                ..Source::default()
+            };
+            let at = RaDec::from_lm(icrs.turn(&source).lm, icrs.centre);
+            let [l, m, n] = icrs.from_icrs(at.unit_vector());
+            assert!((l - lm.l).abs() < 1e-12 && (m - lm.m).abs() < 1e-12);
+            assert!((n - 1.0 - lm.n_minus_1()).abs() < 1e-12);
+        }
+    }
 
     fn close(a: RaDec, ra_deg: f64, dec_deg: f64, tolerance_arcsec: f64) {
         let want = RaDec {

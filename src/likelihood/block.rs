@@ -1,5 +1,8 @@
 //! A block of Stokes I samples, one array a quantity.
 
+use super::extents::{Extents, Gain};
+use crate::coords::Lm;
+
 /// Samples in the form that the kernels eat: only unflagged ones, Stokes I, coordinates in
 /// wavelengths, data multiplied by their weight.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -16,6 +19,8 @@ pub struct VisBlock {
     pub weighted_im: Vec<f32>,
     /// Weight 1/σ² [Jy⁻²], σ that of the real and of the imaginary part.
     pub weight: Vec<f32>,
+    /// What the samples are means over, where that is asked for.
+    pub extents: Extents,
 }
 
 impl VisBlock {
@@ -28,6 +33,7 @@ impl VisBlock {
             weighted_re: Vec::with_capacity(len),
             weighted_im: Vec::with_capacity(len),
             weight: Vec::with_capacity(len),
+            extents: Extents::default(),
         }
     }
 
@@ -39,6 +45,7 @@ impl VisBlock {
         self.weighted_re.clone_from(&other.weighted_re);
         self.weighted_im.clone_from(&other.weighted_im);
         self.weight.clone_from(&other.weight);
+        self.extents.copy_from(&other.extents);
     }
 
     /// Number of samples.
@@ -58,7 +65,26 @@ impl VisBlock {
             weighted_re: singles(&self.weighted_re),
             weighted_im: singles(&self.weighted_im),
             weight: singles(&self.weight),
+            extents: self.extents.select(which),
         }
+    }
+
+    /// The factors of the instrument for a source at `lm`; none without.
+    pub(super) fn gains(&self, lm: Lm) -> Option<Vec<f32>> {
+        let gain = self.extents.gain(lm)?;
+        Some((0..self.len()).map(|k| self.gain_at(&gain, k)).collect())
+    }
+
+    /// The factor of sample `k`.
+    pub(super) fn gain_at(&self, gain: &Gain, k: usize) -> f32 {
+        let Extents {
+            place,
+            width,
+            interval_s,
+            ..
+        } = &self.extents;
+        let uvw = [self.u[k] as f32, self.v[k] as f32, self.w[k] as f32];
+        gain.at(uvw, [place[k], width[k], interval_s[k]])
     }
 
     /// True without samples.

@@ -47,6 +47,8 @@ pub struct Facet {
     plan: Arc<FacetPlan>,
     levels: Vec<Vec<Pack>>,
     weights: Arc<FacetWeights>,
+    /// What the mean factor of the instrument gains with l and m, relative to that at the centre [rad⁻¹].
+    tilt: [f64; 2],
 }
 
 impl Facet {
@@ -61,8 +63,18 @@ impl Facet {
     }
 
     /// The grids of weights, for facets over the same samples.
-    pub fn weights(&self) -> Arc<FacetWeights> {
-        self.weights.clone()
+    /// None where they hold the factors of the instrument, which are those of this facet only.
+    pub fn weights(&self) -> Option<Arc<FacetWeights>> {
+        (!self.plan.needs.has_gains).then(|| self.weights.clone())
+    }
+
+    /// The mean factor of the instrument for a source at `lm`, relative to that at the centre, which the
+    /// grids hold.
+    fn relative_gain(&self, lm: Lm) -> f64 {
+        let centre = self.centre.lm;
+        let change = self.tilt[0] * (lm.l - centre.l) + self.tilt[1] * (lm.m - centre.m);
+        // Beyond this, near a null of the beam, it is a guess anyway.
+        change.clamp(-1.0, 1.0).exp()
     }
 
     /// X and Y of each of `sources` at unit flux density, on one core.
@@ -73,6 +85,9 @@ impl Facet {
     /// Against the exact engine over the whole prior of the paper, to 0.7 degrees from the phase centre,
     /// beside sources of SNR 140 inside and outside, on SKA1-MID: ln L is within a quarter of
     /// 1e-4 SNR²/2 + 0.01.
+    ///
+    /// Factors of the instrument are those at the centre, but for their mean, which follows the source; see
+    /// `docs/studies.md`.
     ///
     /// # Not valid when
     /// The source lies outside of the region, or its major axis is longer than the plan's: then the
@@ -107,7 +122,14 @@ impl Facet {
         for number in 0..=last {
             accumulate(self.isa, self.level(number), &mut jobs);
         }
-        jobs.iter().map(|job| job.sum).collect()
+        let seen = |(job, source): (&Job, &Source)| {
+            let gain = self.relative_gain(source.lm);
+            Xy {
+                x: gain * job.sum.x,
+                y: gain * gain * job.sum.y,
+            }
+        };
+        jobs.iter().zip(sources).map(seen).collect()
     }
 
     fn level(&self, number: usize) -> Level<'_> {

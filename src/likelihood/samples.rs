@@ -1,14 +1,15 @@
 //! Made-up visibilities and sources for the tests of this room.
 
-use super::VisBlock;
+use super::{Extents, VisBlock};
 use crate::coords::Lm;
-use crate::rime::Source;
+use crate::rime::{Extent, Instrument, InstrumentTerms, Source};
 use crate::rime::shape::{Ellipticity, Profile};
 use crate::units::ARCSEC;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, LogNormal, StandardNormal};
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 pub(super) const PROFILES: [Profile; 3] = [Profile::Exponential, Profile::Gaussian, Profile::Point];
 
@@ -62,4 +63,32 @@ pub(super) fn sources(count: usize, seed: u64) -> Vec<Source> {
             }
         })
         .collect()
+}
+
+/// All terms of the instrument, over an octave about 1.28 GHz, seen from declination -30.
+pub(super) fn instrument(beam: &str) -> Instrument {
+    let terms = InstrumentTerms {
+        smearing: true,
+        beam: Some(beam.parse().unwrap()),
+        spectral_index: Some(-0.7),
+    };
+    let pole = [0.0, 0.75f64.sqrt(), -0.5];
+    Instrument::new(&terms, [0.856e9, 1.712e9], pole).unwrap()
+}
+
+/// The samples of `block` as MeerKAT might have seen them: 64 channels over an octave, 4 to 12 s.
+pub(super) fn seen(mut block: VisBlock) -> VisBlock {
+    block.extents = Extents::of(Some(Arc::new(instrument("meerkat"))));
+    for k in 0..block.len() {
+        block.extents.push(Extent {
+            freq_hz: 0.856e9 * (1.0 + (k % 64) as f64 / 63.0),
+            width_hz: 13.4e6,
+            interval_s: 4.0 + (k % 5) as f64 * 2.0,
+        });
+        // Baselines of MeerKAT: up to 35 000 wavelengths.
+        for (of, to) in [(&mut block.u, 35e3), (&mut block.v, 35e3), (&mut block.w, 2e4)] {
+            of[k] *= to / REACH;
+        }
+    }
+    block
 }

@@ -5,7 +5,7 @@ use super::cells::{self, Common};
 use super::fill::{CHANNELS, Target, fill};
 use super::plan::{FacetPlan, Reach};
 use super::resample::{HalfPlane, Mirror};
-use super::sorted::{CHUNK, Queue, Sorted};
+use super::sorted::{Queue, Sorted};
 use super::term::Centre;
 use crate::coords::Lm;
 use crate::likelihood::{Isa, VisBlock, subtract};
@@ -31,7 +31,8 @@ pub struct FacetWeights {
 pub struct FacetBuilder {
     plan: Arc<FacetPlan>,
     grids: Vec<Grid>,
-    weights: Option<Grid>,
+    /// One for all facets, or one for each.
+    weights: Vec<Grid>,
     known_weights: Option<Arc<FacetWeights>>,
     queue: Queue,
 }
@@ -40,6 +41,9 @@ pub struct FacetBuilder {
 #[derive(Debug)]
 struct Grid {
     centre: Centre,
+    /// Where the factors of the instrument are those of.
+    seen: Lm,
+    tilt: Tilt,
     target: Target,
     cells: Vec<f32>,
     /// Sources that are added to the data, with their flux density negated.
@@ -48,17 +52,77 @@ struct Grid {
 
 impl Grid {
     fn new(plan: &FacetPlan, centre: Lm) -> Grid {
+        let seen = centre;
         let centre = Centre::new(centre);
         Grid {
+            seen,
+            tilt: Tilt::default(),
             centre,
             target: Target::new(plan, &centre),
-            cells: vec![0.0; plan.build_bytes() / size_of::<f32>()],
+            cells: vec![0.0; plan.grid_cells()],
             restored: Vec::new(),
         }
     }
 }
 
+/// How the factors s of the instrument change over a facet: Σ w s² and Σ w s ∂s/∂(l, m).
+#[derive(Debug, Clone, Copy, Default)]
+struct Tilt {
+    power: f64,
+    slope: [f64; 2],
+}
+
+/// Of so many samples one is looked at for the tilt.
+const TILT_STEP: usize = 8;
+
+impl Tilt {
+    /// Adds samples whose factors at `lm` are `gains`; `step` is a part of the facet [rad].
+    fn add(&mut self, block: &VisBlock, lm: Lm, gains: &[f32], step: f64) {
+        let Lm { l, m } = lm;
+        let beside = [Lm { l: l + step, m }, Lm { l, m: m + step }];
+        let Some(beside) = block.extents.gains_of(beside) else {
+            return;
+        };
+        for k in (0..block.len()).step_by(TILT_STEP) {
+            let (weight, gain) = (f64::from(block.weight[k]), f64::from(gains[k]));
+            self.power += weight * gain * gain;
+            for (slope, beside) in self.slope.iter_mut().zip(&beside) {
+                let change = f64::from(block.gain_at(beside, k)) - gain;
+                *slope += weight * gain * change / step;
+            }
+        }
+    }
+
+    /// ∂ ln s of the mean factor.
+    fn relative(&self) -> [f64; 2] {
+        let per_power = if self.power > 0.0 { 1.0 / self.power } else { 0.0 };
+        self.slope.map(|slope| slope * per_power)
+    }
+}
+
 impl Grid {
+    /// The numbers to grid: those of the samples, or their weights, with the factors of the instrument.
+    fn numbers(&mut self, block: &VisBlock, is_weights: bool, step: f64) -> [Vec<f32>; 2] {
+        let len = block.len();
+        let mut numbers = if is_weights {
+            [block.weight.clone(), vec![0.0; len]]
+        } else {
+            [block.weighted_re.clone(), block.weighted_im.clone()]
+        };
+        let Some(gains) = block.gains(self.seen) else {
+            return numbers;
+        };
+        for numbers in &mut numbers {
+            for (number, gain) in numbers.iter_mut().zip(&gains) {
+                *number *= if is_weights { gain * gain } else { *gain };
+            }
+        }
+        if !is_weights {
+            self.tilt.add(block, self.seen, &gains, step);
+        }
+        numbers
+    }
+
     /// The samples with the sources that this facet puts back.
     fn look_at<'a>(&self, block: &'a VisBlock) -> Cow<'a, VisBlock> {
         let mut block = Cow::Borrowed(block);
@@ -73,7 +137,7 @@ impl FacetBuilder {
     /// Facets about `centres`, empty.
     pub fn new(plan: Arc<FacetPlan>, centres: &[Lm]) -> FacetBuilder {
         FacetBuilder {
-            weights: Some(Grid::new(&plan, Lm::default())),
+            weights: weight_grids(&plan, centres),
             known_weights: None,
             queue: Queue::default(),
             grids: centres.iter().map(|&lm| Grid::new(&plan, lm)).collect(),
@@ -89,9 +153,11 @@ impl FacetBuilder {
         weights: Arc<FacetWeights>,
     ) -> FacetBuilder {
         FacetBuilder {
-            weights: None,
+            weights: Vec::new(),
             known_weights: Some(weights),
-            ..FacetBuilder::new(plan, centres)
+            queue: Queue::default(),
+            grids: centres.iter().map(|&lm| Grid::new(&plan, lm)).collect(),
+            plan,
         }
     }
 
@@ -146,18 +212,15 @@ impl FacetBuilder {
             return;
         }
         let (isa, spread) = (Isa::detect(), &self.plan.spread);
-        let zeros = vec![0.0; CHUNK];
+        let step = 0.25 * self.plan.needs.side_rad;
         let data = self.grids.par_iter_mut().map(|grid| (grid, false));
         let weights = self.weights.par_iter_mut().map(|grid| (grid, true));
         data.chain(weights).for_each(|(grid, is_weights)| {
             for chunk in &chunks {
                 let block = grid.look_at(&chunk.block);
-                let data = if is_weights {
-                    [&block.weight[..], &zeros[..block.len()]]
-                } else {
-                    [&block.weighted_re[..], &block.weighted_im[..]]
-                };
-                fill(isa, spread, &grid.target, chunk, data, &mut grid.cells);
+                let numbers = grid.numbers(&block, is_weights, step);
+                let [re, im] = &numbers;
+                fill(isa, spread, &grid.target, chunk, [re, im], &mut grid.cells);
             }
         });
     }
@@ -173,13 +236,16 @@ impl FacetBuilder {
             ..
         } = self;
         let isa = Isa::detect();
-        let weights = match (known_weights, weights) {
-            (Some(known), _) => known,
-            (None, grid) => Arc::new(finish_weights(&plan, grid.as_ref())),
+        let weights: Vec<Arc<FacetWeights>> = match known_weights {
+            Some(known) => vec![known],
+            None => (weights.into_par_iter())
+                .map(|grid| Arc::new(finish_weights(&plan, &grid)))
+                .collect(),
         };
         grids
             .into_par_iter()
-            .map(|grid| {
+            .enumerate()
+            .map(|(i, grid)| {
                 let data = pyramid(&plan, &grid, Mirror::Even);
                 let times_w = pyramid(&plan, &grid, Mirror::Odd);
                 Facet {
@@ -191,22 +257,36 @@ impl FacetBuilder {
                         .map(|(data, times_w)| cells::packs(&plan, data, times_w))
                         .collect(),
                     plan: plan.clone(),
-                    weights: weights.clone(),
+                    weights: weights[i.min(weights.len() - 1)].clone(),
+                    tilt: grid.tilt.relative(),
                 }
             })
             .collect()
     }
 }
 
-fn finish_weights(plan: &FacetPlan, grid: Option<&Grid>) -> FacetWeights {
-    let levels = grid.map_or_else(Vec::new, |grid| {
+/// Grids for the weights, as the phase centre sees the baselines.
+fn weight_grids(plan: &FacetPlan, centres: &[Lm]) -> Vec<Grid> {
+    let grid = |&seen: &Lm| Grid {
+        seen,
+        ..Grid::new(plan, Lm::default())
+    };
+    if plan.needs.has_gains {
+        centres.iter().map(grid).collect()
+    } else {
+        vec![grid(&Lm::default())]
+    }
+}
+
+fn finish_weights(plan: &FacetPlan, grid: &Grid) -> FacetWeights {
+    let levels = {
         pyramid(plan, grid, Mirror::Even)
             .iter()
             .zip(&pyramid(plan, grid, Mirror::Odd))
             .enumerate()
             .map(|(level, (weights, times_w))| cells::common(plan, level, weights, times_w))
             .collect()
-    });
+    };
     FacetWeights { levels }
 }
 

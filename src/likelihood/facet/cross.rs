@@ -54,7 +54,8 @@ impl CrossFacet {
         for number in 0..=last {
             accumulate_pair(facet.isa, facet.level(number), number == last, &mut job);
         }
-        job.sum
+        let gains = pair.map(|source| facet.relative_gain(source.lm));
+        gains[0] * gains[1] * job.sum
     }
 }
 

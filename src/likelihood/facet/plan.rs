@@ -14,6 +14,7 @@
 
 #![allow(clippy::inline_always)] // compiled anew for each instruction set
 
+use super::fill::CHANNELS;
 use super::resample::{CLEAR, Resampler, window};
 use super::spread::{Spread, WIDTH};
 use crate::likelihood::VisBlock;
@@ -82,6 +83,8 @@ pub struct FacetNeeds {
     /// Most of the second-order w term that may be left out, (2π w ε)²/2: [`W_TERM_MAX`] for
     /// likelihoods, more where a rough look will do.
     pub w_term_max: f64,
+    /// The samples have factors of the instrument, so that no two facets share their weights.
+    pub has_gains: bool,
 }
 
 /// Why there can be no such facet.
@@ -191,13 +194,20 @@ impl FacetPlan {
 
     /// Bytes of a finished facet.
     pub fn facet_bytes(&self) -> usize {
-        self.levels * self.rows() * self.columns() * 4 * size_of::<f32>()
+        let sets = 1 + usize::from(self.needs.has_gains);
+        sets * self.levels * self.rows() * self.columns() * 4 * size_of::<f32>()
     }
 
     /// Bytes of a facet while it is filled, finished facet not included.
     pub fn build_bytes(&self) -> usize {
+        let sets = 1 + usize::from(self.needs.has_gains);
+        sets * self.grid_cells() * size_of::<f32>()
+    }
+
+    /// Numbers in the fine grids of all levels.
+    pub(super) fn grid_cells(&self) -> usize {
         let fine = self.fine();
-        self.levels * fine.rows * fine.cols * 4 * size_of::<f32>()
+        self.levels * fine.rows * fine.cols * CHANNELS
     }
 
     /// Side of the regions served [rad, in direction cosines].
