@@ -3,6 +3,7 @@
 mod convert;
 mod evaluate;
 mod info;
+mod instrument;
 mod progress;
 mod simulate;
 
@@ -24,6 +25,8 @@ Examples:
       A smaller field, brighter sources, a stricter cut.
   vis2cat field.uvfits sources.fits --tiles 1 --n-live 8000
       The single global run of Malyali et al. (2018).
+  vis2cat wide.ms sources.fits --fov 1.4deg --smearing --beam meerkat --spectral-index -0.7
+      A wide field of MeerKAT: flux densities are those outside the beam.
   vis2cat info field.uvfits
       What is in the file, and how noisy it is.
   vis2cat convert field.ms field.uvfits
@@ -145,6 +148,8 @@ struct Flags {
     /// Noise level: auto, weights, data or sefd=400Jy [default: auto]
     #[arg(long, value_name = "SOURCE")]
     noise: Option<NoiseSource>,
+    #[command(flatten)]
+    instrument: instrument::InstrumentArgs,
     /// Keep the modes as first found: do not sample each source with the others removed
     #[arg(long)]
     no_refine: bool,
@@ -182,6 +187,9 @@ impl Flags {
         set(&mut config.tiles, self.tiles.map(Tiling::Count));
         set(&mut config.tiles, self.tile_size.map(Tiling::Size));
         set(&mut config.noise, self.noise);
+        config.smearing |= self.instrument.smearing;
+        set(&mut config.beam, self.instrument.beam.map(|choice| choice.0));
+        set(&mut config.spectral_index, self.instrument.spectral_index.map(Some));
         set(&mut config.seed, self.seed);
         set(&mut config.memory, self.memory);
         set(&mut config.acronym, self.acronym);

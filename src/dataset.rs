@@ -23,10 +23,13 @@ pub use overview::Overview;
 pub use survey::{Extremes, SnrMap, Survey};
 pub use views::{EngineOptions, View, ViewRequest};
 
+use std::sync::Arc;
+
 use vis2cat_formats::{Field, Observation};
 
+use crate::coords::Lm;
 use crate::likelihood::VisBlock;
-use crate::rime::Source;
+use crate::rime::{Instrument, Source};
 use crate::rime::shape::Profile;
 
 /// Samples in a block: 36 bytes each, so that a block stays in a core's second-level cache.
@@ -97,6 +100,7 @@ pub struct Dataset {
     memory_bytes: f64,
     sizes: Vec<views::FacetSize>,
     uv_profile: uv_profile::UvProfile,
+    instrument: Option<Arc<Instrument>>,
 }
 
 enum Store {
@@ -123,6 +127,18 @@ impl Dataset {
     /// The phase centre that the data are selected for.
     pub fn phase_centre(&self) -> &Field {
         &self.observation.fields[self.field as usize]
+    }
+
+    /// Frequency that flux densities are given at [Hz]: the middle of the band where terms of the
+    /// instrument are asked for, else the weighted mean.
+    pub fn ref_freq_hz(&self) -> f64 {
+        let instrument = self.instrument.as_ref();
+        instrument.map_or(self.info.mean_freq_hz, |i| i.ref_freq_hz())
+    }
+
+    /// The primary beam at `lm`, in the middle of the band; none without a beam.
+    pub fn beam_at(&self, lm: Lm) -> Option<f64> {
+        self.instrument.as_ref().and_then(|i| i.beam_at(lm))
     }
 
     /// Points evaluated so far.

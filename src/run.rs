@@ -138,6 +138,7 @@ fn open(
         },
         field: config.field.clone(),
         noise: config.noise,
+        instrument: config.instrument(),
         memory_bytes: config.memory.0,
         profile: config.prior.profile,
         typical_scale_rad: prior.scale.from_unit(0.5, prior.flux.low_jy),

@@ -1,10 +1,13 @@
 //! Rows of a file to blocks of Stokes I samples.
 
+use std::sync::Arc;
+
 use num_complex::Complex;
 use vis2cat_formats::{Observation, StokesIRule, VisChunk, VisReader};
 
 use super::{BLOCK_LEN, DatasetError};
-use crate::likelihood::VisBlock;
+use crate::likelihood::{Extents, VisBlock};
+use crate::rime::{Extent, Instrument};
 use crate::units::SPEED_OF_LIGHT;
 
 /// Rows that are read at a time.
@@ -91,6 +94,10 @@ pub(super) struct Ingest {
     rule: StokesIRule,
     field: FieldChoice,
     weights: WeightRule,
+    /// Terms of the instrument.
+    instrument: Option<Arc<Instrument>>,
+    /// Samples whose integration time is not known, where it is asked for.
+    pub(super) n_without_interval: u64,
     chunk: VisChunk,
     /// Weight of each correlation, where the file's is not to be used.
     sefd_weight_p: Vec<f32>,
@@ -128,6 +135,8 @@ impl Ingest {
             rule,
             field,
             weights,
+            instrument: None,
+            n_without_interval: 0,
             chunk,
             row: 0,
             at_end: false,
@@ -141,6 +150,10 @@ impl Ingest {
 
     pub(super) fn set_weights(&mut self, weights: WeightRule) {
         self.weights = weights;
+    }
+
+    pub(super) fn set_instrument(&mut self, instrument: Option<Arc<Instrument>>) {
+        self.instrument = instrument;
     }
 
     pub(super) fn rewind(&mut self) -> Result<(), DatasetError> {
@@ -157,6 +170,7 @@ impl Ingest {
         tally: &mut impl Tally,
     ) -> Result<Option<VisBlock>, DatasetError> {
         let mut block = VisBlock::with_capacity(self.block_len);
+        block.extents = Extents::of(self.instrument.clone());
         while block.len() < BLOCK_LEN && !self.at_end {
             if self.row == self.chunk.n_row {
                 self.row = 0;
@@ -214,6 +228,14 @@ impl Ingest {
                 half_difference_jy: half_difference.map(|(difference_jy, _)| difference_jy),
             });
             self.weights.push(block, uvw, vis_jy, weight);
+            if self.instrument.is_some() {
+                self.n_without_interval += u64::from(!interval_s.is_finite());
+                block.extents.push(Extent {
+                    freq_hz,
+                    width_hz: setup.chan_width_hz_f[chan].abs(),
+                    interval_s,
+                });
+            }
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The first pass over a file: selection, counts, noise, and the decision to hold or to stream.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use vis2cat_formats::{Observation, ReadOptions, stokes_i};
 
@@ -11,7 +12,9 @@ use super::stream::Stream;
 use super::uv_profile::UvProfile;
 use super::{DataInfo, Dataset, DatasetError, EngineOptions, Store};
 use crate::config::NoiseSource;
+use crate::coords::{IcrsCentre, RaDec};
 use crate::likelihood::VisBlock;
+use crate::rime::{Instrument, InstrumentTerms, pole_of};
 use crate::rime::shape::Profile;
 
 /// What to take from a file, and how.
@@ -31,6 +34,8 @@ pub struct OpenOptions {
     pub typical_scale_rad: f64,
     /// How the likelihood of many points in a region is computed.
     pub engine: EngineOptions,
+    /// Terms of the instrument.
+    pub instrument: InstrumentTerms,
 }
 
 impl Dataset {
@@ -56,6 +61,8 @@ impl Dataset {
             _ => WeightRule::Scaled(1.0),
         };
         let mut ingest = Ingest::new(reader, rule, FieldChoice::One(field), weights);
+        let instrument = instrument(&observation, field, &options.instrument).map(Arc::new);
+        ingest.set_instrument(instrument.clone());
         let mut tally = FirstPass::new(options.typical_scale_rad);
         let blocks = first_pass(&mut ingest, &mut tally, options.memory_bytes, &mut |n| {
             progress(n, observation.n_row);
@@ -65,6 +72,11 @@ impl Dataset {
             return Err(unusable(format!(
                 "no unflagged visibility is left ({n} are flagged)"
             )));
+        }
+        if options.instrument.smearing && ingest.n_without_interval > 0 {
+            return Err(unusable(
+                "there are no integration times, which --smearing needs".into(),
+            ));
         }
         let noise = tally.noise.report(options.noise);
         if !(noise.weights_sigma_jy.is_finite() && noise.weight_scale.is_finite()) {
@@ -100,8 +112,31 @@ impl Dataset {
             memory_bytes: options.memory_bytes,
             sizes: Vec::new(),
             uv_profile,
+            instrument,
         })
     }
+}
+
+/// The terms of the instrument for all rows of a field.
+fn instrument(
+    observation: &Observation,
+    field: u32,
+    terms: &InstrumentTerms,
+) -> Option<Instrument> {
+    let freqs_hz = (observation.freq_setups.iter()).flat_map(|setup| &setup.freq_hz_f);
+    let band_hz = freqs_hz.fold([f64::INFINITY, 0.0], |[low, high], &freq_hz| {
+        [low.min(freq_hz), f64::max(high, freq_hz)]
+    });
+    let field = &observation.fields[field as usize];
+    let native = RaDec {
+        ra_rad: field.ra_rad,
+        dec_rad: field.dec_rad,
+    };
+    // The pole moves by 20 arcsec a year.
+    let year: Option<f64> = observation.date_obs.get(..4).and_then(|y| y.parse().ok());
+    let pole = pole_of(year.unwrap_or(2000.0) + 0.5);
+    let pole = IcrsCentre::new(native, field.frame).from_icrs(pole);
+    Instrument::new(terms, band_hz, pole)
 }
 
 /// The blocks with their final weights: read again where the scale has changed, so that held and
@@ -132,7 +167,8 @@ fn first_pass(
     let mut n_sample = 0;
     while let Some(block) = ingest.next_block(tally)? {
         n_sample += block.len();
-        if (n_sample * RESIDENT_BYTES) as f64 > memory_bytes {
+        let bytes = RESIDENT_BYTES + block.extents.sample_bytes();
+        if (n_sample * bytes) as f64 > memory_bytes {
             kept = None;
         }
         if let Some(blocks) = &mut kept {

@@ -208,6 +208,7 @@ impl Dataset {
                 longest_axis_rad: scales_rad.last().copied().unwrap_or_default(),
                 profile: self.profile,
                 w_term_max: W_TERM_MAX,
+                has_gains: self.instrument.is_some(),
             });
             match plan {
                 Ok(plan) if plan.level_cells() <= CELLS_MAX => return Ok((plan, n_facet)),
@@ -276,7 +277,7 @@ impl Dataset {
                 builder.add(&short);
             })?;
             let facets = builder.finish();
-            survey.weights = facets.first().map(Facet::weights);
+            survey.weights = facets.first().and_then(Facet::weights);
             let maps: Vec<SnrMap> = facets
                 .into_par_iter()
                 .zip(regions)

@@ -195,6 +195,7 @@ impl Dataset {
             longest_axis_rad: self.engine.longest_axis_rad,
             profile: self.profile,
             w_term_max: W_TERM_MAX,
+            has_gains: self.instrument.is_some(),
         }
     }
 
@@ -233,7 +234,7 @@ impl Dataset {
         let mut builder = builder.restoring(restored);
         self.for_few_blocks(|blocks| builder.add(blocks))?;
         let facets = builder.finish();
-        self.sizes[size].weights = facets.first().map(Facet::weights);
+        self.sizes[size].weights = facets.first().and_then(Facet::weights);
         Ok(facets)
     }
 }

@@ -33,6 +33,11 @@ impl Extents {
         }
     }
 
+    /// Bytes that a sample takes.
+    pub fn sample_bytes(&self) -> usize {
+        self.instrument.as_ref().map_or(0, |_| 3 * size_of::<f32>())
+    }
+
     /// Adds a sample.
     pub fn push(&mut self, extent: Extent) {
         if let Some(instrument) = &self.instrument {

@@ -35,13 +35,13 @@ pub fn sinc(x: f64) -> f64 {
     }
 }
 
-/// The celestial pole in the middle of `year`, x and y components of the unit vector in ICRS: precession
-/// only, to 20 arcsec for centuries.
+/// The celestial pole at the epoch `year` (Julian), unit vector in ICRS: precession only, to 20
+/// arcsec for a century.
 ///
 /// # Source
 /// IERS Conventions (2010), equation 5.16.
 pub fn pole_of(year: f64) -> [f64; 3] {
-    let t = (year + 0.5 - 2000.0) / 100.0;
+    let t = (year - 2000.0) / 100.0;
     let x = (2004.191_898 * t - 0.429_783 * t * t) * ARCSEC;
     let y = (-0.025_896 * t - 22.407_275 * t * t) * ARCSEC;
     [x, y, (1.0 - x * x - y * y).sqrt()]
@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn the_pole_is_that_of_sofa() {
         for year in [1980.0, 2020.0, 2050.0] {
-            let (x, y, _) = sofars::pnp::xys06a(2_451_545.0, (year + 0.5 - 2000.0) * 365.25);
+            let (x, y, _) = sofars::pnp::xys06a(2_451_545.0, (year - 2000.0) * 365.25);
             let pole = pole_of(year);
             let off = (pole[0] - x).hypot(pole[1] - y) / ARCSEC;
             assert!(off < 20.0, "{year}: {off}");

@@ -249,6 +249,7 @@ fn main() {
         longest_axis_rad: 10.0 / 0.196 * ARCSEC,
         profile: Profile::Exponential,
         w_term_max: W_TERM_MAX,
+        has_gains: false,
     });
     let plan = Arc::new(plan.expect("a facet of this size"));
     println!("{plan}");

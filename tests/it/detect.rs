@@ -541,6 +541,7 @@ fn open(path: &Path, memory_bytes: f64) -> Dataset {
         memory_bytes,
         profile: Profile::Exponential,
         typical_scale_rad: ARCSEC,
+        instrument: InstrumentTerms::default(),
         engine: EngineOptions {
             engine: Engine::Exact,
             farthest: 0.0,

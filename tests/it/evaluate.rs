@@ -332,6 +332,7 @@ fn write_catalogue(path: &Path) {
             max_dlog_l: f64::NAN,
             flags: Flags::default(),
             post_row: posterior.len() as i64,
+            pb_gain: f64::NAN,
             post_n: set.len() as i64,
         });
         posterior.extend(posterior_rows(set, id, id, centre(), Profile::Exponential));

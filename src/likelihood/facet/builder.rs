@@ -102,21 +102,22 @@ impl Tilt {
 
 impl Grid {
     /// The numbers to grid: those of the samples, or their weights, with the factors of the instrument.
-    fn numbers(&mut self, block: &VisBlock, is_weights: bool, step: f64) -> [Vec<f32>; 2] {
-        let len = block.len();
-        let mut numbers = if is_weights {
-            [block.weight.clone(), vec![0.0; len]]
+    fn numbers<'a>(
+        &mut self,
+        block: &'a VisBlock,
+        is_weights: bool,
+        step: f64,
+    ) -> [Cow<'a, [f32]>; 2] {
+        let numbers: [Cow<[f32]>; 2] = if is_weights {
+            [(&block.weight).into(), vec![0.0; block.len()].into()]
         } else {
-            [block.weighted_re.clone(), block.weighted_im.clone()]
+            [(&block.weighted_re).into(), (&block.weighted_im).into()]
         };
         let Some(gains) = block.gains(self.seen) else {
             return numbers;
         };
-        for numbers in &mut numbers {
-            for (number, gain) in numbers.iter_mut().zip(&gains) {
-                *number *= if is_weights { gain * gain } else { *gain };
-            }
-        }
+        let seen = |(number, gain): (&f32, &f32)| number * if is_weights { gain * gain } else { *gain };
+        let numbers = numbers.map(|n| n.iter().zip(&gains).map(seen).collect::<Vec<_>>().into());
         if !is_weights {
             self.tilt.add(block, self.seen, &gains, step);
         }

@@ -1,7 +1,7 @@
 //! Facets against the exact engine.
 
 use super::*;
-use crate::likelihood::samples::noise;
+use crate::likelihood::samples::{noise, seen};
 use crate::likelihood::{VisBlock, subtract, xy_batch};
 use crate::rime::shape::{Ellipticity, Profile};
 use crate::simulate::{Array, Pointing, UvwFrame};
@@ -428,5 +428,66 @@ fn the_cells_of_a_sample_are_its_wave() {
             assert!((got.x - exact.x).abs() < 2e-3, "{u} {v}: {got:?} {exact:?}");
             assert!((got.y - exact.y).abs() < 2e-3, "{u} {v}: {got:?} {exact:?}");
         }
+    }
+}
+
+/// Largest error of ln L over its bound in a facet of `side_arcsec` at `centre`, seen through all terms
+/// of the instrument by baselines of MeerKAT.
+fn worst_seen(centre: Lm, side_arcsec: f64, snr: f64) -> f64 {
+    let mut blocks: Vec<_> = (0..4).map(|i| seen(noise(20_000, 30 + i))).collect();
+    let needs = FacetNeeds {
+        has_gains: true,
+        farthest: 0.02,
+        ..needs(side_arcsec, reach(&blocks), Profile::Exponential)
+    };
+    let plan = Arc::new(FacetPlan::new(needs).unwrap());
+    let region = Region::square(centre, side_arcsec * ARCSEC);
+    add_galaxy(&mut blocks, region.from_unit(0.7, 0.4), snr);
+    let facet = &build(&plan, &[centre], &blocks)[0];
+    assert!(facet.weights().is_none());
+    let sources = sources(&region, 60, [0.5, 5.0], 0.6);
+    worst(facet, &blocks, &sources, snr)
+}
+
+/// At 0.7 degrees from the phase centre, over what a source is sampled in and over tiles.
+#[test]
+fn factors_of_the_instrument_are_in_facets() {
+    let far = Lm {
+        l: 0.0086,
+        m: -0.0086,
+    };
+    for (side_arcsec, snr, bound) in [(5.0, 10.0, 0.5), (5.0, 50.0, 1.0), (30.0, 8.0, 1.5)] {
+        let worst = worst_seen(far, side_arcsec, snr);
+        println!("{side_arcsec} {snr}: {worst}");
+        assert!(worst < bound, "{side_arcsec} {snr}: {worst}");
+    }
+}
+
+#[test]
+fn pairs_in_a_facet_have_the_factors_of_both() {
+    let centre = Lm {
+        l: 0.0086,
+        m: -0.0086,
+    };
+    let blocks: Vec<_> = (0..2).map(|i| seen(noise(20_000, 40 + i))).collect();
+    let needs = FacetNeeds {
+        has_gains: true,
+        farthest: 0.02,
+        ..needs(10.0, reach(&blocks), Profile::Exponential)
+    };
+    let plan = Arc::new(FacetPlan::new(CrossFacet::needs(needs)).unwrap());
+    let mut builder = CrossBuilder::new(plan, &[centre]);
+    builder.add(&blocks);
+    let facet = builder.finish().remove(0);
+    let sources = sources(&Region::square(centre, 10.0 * ARCSEC), 20, [0.5, 5.0], 0.6);
+    for pair in sources.chunks(2).map(|two| [two[0], two[1]]) {
+        let exact: f64 = (blocks.iter())
+            .map(|b| crate::likelihood::plain_cross(b, &pair, Profile::Exponential))
+            .sum();
+        let [a, b] = xy_batch(&blocks, &pair, Profile::Exponential)[..] else {
+            panic!("two sums")
+        };
+        let error = (facet.cross_batch(&[pair])[0] - exact).abs() / (a.y * b.y).sqrt();
+        assert!(error < 1e-3, "{error:e}");
     }
 }
