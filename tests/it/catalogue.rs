@@ -30,6 +30,7 @@ fn header() -> CatalogueHeader {
         phase_centre: centre(),
         profile: Profile::Exponential,
         seed: u64::MAX,
+        has_beam: false,
         priors: vec![PriorRange {
             parameter: "Total_flux".into(),
             unit: "uJy".into(),

@@ -376,6 +376,7 @@ fn write_catalogue(path: &Path) {
         phase_centre: centre(),
         profile: Profile::Exponential,
         seed: 1,
+        has_beam: false,
         priors: vec![limit("L"), limit("M")],
         config: Vec::new(),
     };

@@ -189,6 +189,7 @@ fn half_a_turn_gives_minus_one() {
         weighted_re: vec![2.0; 3],
         weighted_im: vec![0.0; 3],
         weight: vec![2.0; 3],
+        ..VisBlock::default()
     };
     let source = Source {
         lm: Lm { l: 0.5, m: 0.0 },
@@ -252,6 +253,7 @@ fn the_cosine_has_no_mean() {
         weighted_re: vec![1.0; count],
         weighted_im: vec![0.0; count],
         weight: vec![1.0; count],
+        ..VisBlock::default()
     };
     let source = Source {
         lm: Lm { l: 1.0, m: 0.0 },
