@@ -188,8 +188,14 @@ impl Flags {
         set(&mut config.tiles, self.tile_size.map(Tiling::Size));
         set(&mut config.noise, self.noise);
         config.smearing |= self.instrument.smearing;
-        set(&mut config.beam, self.instrument.beam.map(|choice| choice.0));
-        set(&mut config.spectral_index, self.instrument.spectral_index.map(Some));
+        set(
+            &mut config.beam,
+            self.instrument.beam.map(|choice| choice.0),
+        );
+        set(
+            &mut config.spectral_index,
+            self.instrument.spectral_index.map(Some),
+        );
         set(&mut config.seed, self.seed);
         set(&mut config.memory, self.memory);
         set(&mut config.acronym, self.acronym);

@@ -29,8 +29,8 @@ use vis2cat_formats::{Field, Observation};
 
 use crate::coords::Lm;
 use crate::likelihood::VisBlock;
-use crate::rime::{Instrument, Source};
 use crate::rime::shape::Profile;
+use crate::rime::{Instrument, Source};
 
 /// Samples in a block: 36 bytes each, so that a block stays in a core's second-level cache.
 pub const BLOCK_LEN: usize = 8192;

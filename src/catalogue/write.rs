@@ -70,11 +70,7 @@ pub fn write(
     let mut columns = build(CATALOGUE, sources, band);
     columns.retain(|column| header.has_beam || !is_of_beam(&column.name));
     let tables = [
-        table(
-            "CATALOGUE",
-            columns,
-            header.catalogue(),
-        ),
+        table("CATALOGUE", columns, header.catalogue()),
         table("MODES", build(MODES, modes, band), header.table()),
         table("RUN", build(RUN, run, band), minimal()),
     ];

@@ -14,8 +14,8 @@ use super::{DataInfo, Dataset, DatasetError, EngineOptions, Store};
 use crate::config::NoiseSource;
 use crate::coords::{IcrsCentre, RaDec};
 use crate::likelihood::VisBlock;
-use crate::rime::{Instrument, InstrumentTerms, pole_of};
 use crate::rime::shape::Profile;
+use crate::rime::{Instrument, InstrumentTerms, pole_of};
 
 /// What to take from a file, and how.
 #[derive(Debug, Clone, PartialEq)]

@@ -194,11 +194,7 @@ mod tests {
                         interval_s: 8.0,
                     });
                     let k = k as usize;
-                    let extent = [
-                        extents.place[k],
-                        extents.width[k],
-                        extents.interval_s[k],
-                    ];
+                    let extent = [extents.place[k], extents.width[k], extents.interval_s[k]];
                     let got = f64::from(gain.at(uvw.map(|x| x as f32), extent));
                     let error = got - extents.factor(k, lm, uvw);
                     assert!(error.abs() < 3e-6, "{beam} {rho} {k}: {got} {error:e}");

@@ -2,8 +2,8 @@
 
 use super::{Extents, VisBlock};
 use crate::coords::Lm;
-use crate::rime::{Extent, Instrument, InstrumentTerms, Source};
 use crate::rime::shape::{Ellipticity, Profile};
+use crate::rime::{Extent, Instrument, InstrumentTerms, Source};
 use crate::units::ARCSEC;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -86,7 +86,11 @@ pub(super) fn seen(mut block: VisBlock) -> VisBlock {
             interval_s: 4.0 + (k % 5) as f64 * 2.0,
         });
         // Baselines of MeerKAT: up to 35 000 wavelengths.
-        for (of, to) in [(&mut block.u, 35e3), (&mut block.v, 35e3), (&mut block.w, 2e4)] {
+        for (of, to) in [
+            (&mut block.u, 35e3),
+            (&mut block.v, 35e3),
+            (&mut block.w, 2e4),
+        ] {
             of[k] *= to / REACH;
         }
     }

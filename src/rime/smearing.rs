@@ -97,7 +97,10 @@ mod tests {
         let smearing = Smearing {
             pole: frame.from_icrs(pole_of(2020.0)),
         };
-        let lm = Lm { l: 0.008, m: -0.009 };
+        let lm = Lm {
+            l: 0.008,
+            m: -0.009,
+        };
         let mjd = 58_849.3;
         let uvw = |mjd: f64| {
             let orientation = Orientation::default();

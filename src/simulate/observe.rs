@@ -310,7 +310,10 @@ mod tests {
 
     fn run(config: &SimulateConfig) -> Vec<Complex<f64>> {
         let source = Source {
-            lm: Lm { l: 0.007, m: -0.009 },
+            lm: Lm {
+                l: 0.007,
+                m: -0.009,
+            },
             flux_jy: 1.0,
             ..Source::default()
         };
@@ -353,7 +356,11 @@ mod tests {
         let (n_row, n) = (got.len(), n as usize);
         let mut most_lost: f64 = 0.0;
         for (row, got) in got.iter().enumerate() {
-            let of_time = |t: usize| points[(t * n_row + row) * n..][..n].iter().sum::<Complex<f64>>();
+            let of_time = |t: usize| {
+                points[(t * n_row + row) * n..][..n]
+                    .iter()
+                    .sum::<Complex<f64>>()
+            };
             let mean: Complex<f64> = (0..n).map(of_time).sum::<Complex<f64>>() / (n * n) as f64;
             most_lost = most_lost.max(1.0 - mean.norm());
             assert!((got - mean).norm() < 2e-3, "{row}: {got} {mean}");

@@ -7,8 +7,8 @@ use std::f64::consts::TAU;
 use num_complex::Complex;
 
 use crate::coords::Lm;
-use crate::rime::{Extent, Instrument, Source};
 use crate::rime::shape::{Profile, QuadraticForm, Shape};
+use crate::rime::{Extent, Instrument, Source};
 use crate::units::SPEED_OF_LIGHT;
 
 /// A source, ready to be evaluated at many (u, v, w) in metres.

@@ -11,8 +11,8 @@ use vis2cat::detect::{
     Cuts, Detection, NoObserver, SamplerSettings, Settings, detect, field_of_view, tiles,
 };
 use vis2cat::prior::{MODE_DIMS, N_DIM};
-use vis2cat::rime::{InstrumentTerms, Source};
 use vis2cat::rime::shape::Profile;
+use vis2cat::rime::{InstrumentTerms, Source};
 use vis2cat::sampler::{MultiNest, MultiNestConfig, Sampler, SamplerError};
 use vis2cat::units::ARCSEC;
 use vis2cat_formats::fits::{Table, read_table};

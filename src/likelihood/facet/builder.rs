@@ -95,7 +95,11 @@ impl Tilt {
 
     /// ∂ ln s of the mean factor.
     fn relative(&self) -> [f64; 2] {
-        let per_power = if self.power > 0.0 { 1.0 / self.power } else { 0.0 };
+        let per_power = if self.power > 0.0 {
+            1.0 / self.power
+        } else {
+            0.0
+        };
         self.slope.map(|slope| slope * per_power)
     }
 }
@@ -116,7 +120,8 @@ impl Grid {
         let Some(gains) = block.gains(self.seen) else {
             return numbers;
         };
-        let seen = |(number, gain): (&f32, &f32)| number * if is_weights { gain * gain } else { *gain };
+        let seen =
+            |(number, gain): (&f32, &f32)| number * if is_weights { gain * gain } else { *gain };
         let numbers = numbers.map(|n| n.iter().zip(&gains).map(seen).collect::<Vec<_>>().into());
         if !is_weights {
             self.tilt.add(block, self.seen, &gains, step);

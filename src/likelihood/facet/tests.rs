@@ -352,7 +352,8 @@ fn weights_are_used_again_after_a_subtraction() {
     let (plan, mut blocks) = (plan(20.0), [noise(10_000, 5)]);
     let before = build(&plan, &[CENTRE], &blocks).remove(0);
     add_galaxy(&mut blocks, Lm { l: 1e-5, m: 2e-5 }, 30.0);
-    let mut builder = FacetBuilder::with_weights(plan.clone(), &[CENTRE], before.weights().unwrap());
+    let mut builder =
+        FacetBuilder::with_weights(plan.clone(), &[CENTRE], before.weights().unwrap());
     builder.add(&blocks);
     let after = builder.finish().remove(0);
     let fresh = build(&plan, &[CENTRE], &blocks).remove(0);

@@ -56,7 +56,12 @@ fn subtract_avx2(block: &mut VisBlock, models: &[Model]) {
 }
 
 /// Adds the sums of pairs over `block` to `sums`. The caller has checked for the instructions.
-pub(super) fn accumulate_pairs(block: &VisBlock, terms: &[PairTerm], gains: &[Gain], sums: &mut [f64]) {
+pub(super) fn accumulate_pairs(
+    block: &VisBlock,
+    terms: &[PairTerm],
+    gains: &[Gain],
+    sums: &mut [f64],
+) {
     // SAFETY: `kernel::accumulate_pairs`, the only caller, asserts `Isa::Avx2.is_available()`.
     unsafe { accumulate_pairs_avx2(block, terms, gains, sums) }
 }

@@ -59,7 +59,12 @@ fn subtract_avx512(block: &mut VisBlock, models: &[Model]) {
 }
 
 /// Adds the sums of pairs over `block` to `sums`. The caller has checked for the instructions.
-pub(super) fn accumulate_pairs(block: &VisBlock, terms: &[PairTerm], gains: &[Gain], sums: &mut [f64]) {
+pub(super) fn accumulate_pairs(
+    block: &VisBlock,
+    terms: &[PairTerm],
+    gains: &[Gain],
+    sums: &mut [f64],
+) {
     // SAFETY: `kernel::accumulate_pairs`, the only caller, asserts `Isa::Avx512.is_available()`.
     unsafe { accumulate_pairs_avx512(block, terms, gains, sums) }
 }

@@ -4,8 +4,8 @@ use super::numbers::{PHASE_MAGIC, SQRT2_COS_PI, SQRT2_SIN_PI, TURNS_MAX, TURNS_P
 use super::portable::{exponential, gaussian};
 use super::term::SourceTerm;
 use super::tile::LANES;
-use crate::likelihood::extents::{Extents, Gain};
 use crate::likelihood::VisBlock;
+use crate::likelihood::extents::{Extents, Gain};
 use crate::rime::shape::Profile;
 use crate::rime::{Source, predict};
 

@@ -2,8 +2,8 @@
 
 use super::numbers::{PHASE_MAGIC, TURNS_MAX, polar};
 use super::term::SourceTerm;
-use crate::likelihood::extents::{Extents, Gain};
 use crate::likelihood::VisBlock;
+use crate::likelihood::extents::{Extents, Gain};
 use std::ops::Range;
 
 /// Samples in a pack: what one vector of f32 holds at most.
