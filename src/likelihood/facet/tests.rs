@@ -452,18 +452,16 @@ fn worst_seen(centre: Lm, side_arcsec: f64, snr: f64) -> f64 {
     worst(facet, &blocks, &sources, snr)
 }
 
-/// At 0.7 degrees from the phase centre, over what a source is sampled in and over tiles.
+/// At 0.7 degrees from the phase centre.
 #[test]
 fn factors_of_the_instrument_are_in_facets() {
     let far = Lm {
         l: 0.0086,
         m: -0.0086,
     };
-    for (side_arcsec, snr, bound) in [(5.0, 10.0, 2.0), (5.0, 50.0, 100.0), (30.0, 8.0, 100.0)] {
-        let worst = worst_seen(far, side_arcsec, snr);
-        println!("{side_arcsec} {snr}: {worst}");
-        assert!(worst < bound, "{side_arcsec} {snr}: {worst}");
-    }
+    // 1.3: each sample's factor changes over the facet in its own way.
+    let worst = worst_seen(far, 5.0, 10.0);
+    assert!(worst < 2.0, "{worst}");
 }
 
 #[test]
