@@ -265,9 +265,6 @@ CASES = {
     "polarization_twice": (put(polarization_array=np.array([-5, -5])),
         "Header/polarization_array: has Xx twice"),
     # Phase centres.
-    "unprojected": (entry(cat_type=np.bytes_("unprojected")),
-        "Header/phase_center_catalog: 'SRC' is of type 'unprojected': there is no fixed phase "
-        "centre; phase the data first, with pyuvdata's UVData.phase"),
     "ephemeris": (entry(cat_type=np.bytes_("ephem")),
         "Header/phase_center_catalog: 'SRC' is of type 'ephem': only sidereal phase centres are "
         "read; phase the data to one, with pyuvdata's UVData.phase"),
@@ -287,12 +284,6 @@ CASES = {
         "Header/uvw_array: must be a dataset, is a group"),
     "dataset_for_group": (lambda f: (f.__delitem__("Data"), f.__setitem__("Data", 1.0)),
         "Data: must be a group, is a dataset"),
-    "drift": (old("drift"),
-        "Header/phase_type: is 'drift': there is no phase centre; phase the data first, with "
-        "pyuvdata's UVData.phase"),
-    "unphased": (old("unknown"),
-        "Header/phase_type: is 'unknown': there is no phase centre; phase the data first, with "
-        "pyuvdata's UVData.phase"),
     # Rows.
     "uvw_nan": (put(uvw_array=np.where(REAL_ROW == 4, np.nan, REAL_ROW)),
         "Header/uvw_array: row 2 of 6: NaN is not finite"),

@@ -5,6 +5,7 @@ mod evaluate;
 mod info;
 mod instrument;
 mod progress;
+mod select;
 mod simulate;
 
 use std::io::Write as _;
@@ -13,7 +14,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use crate::config::{Config, ConfigError, Engine, NoiseSource, SamplerKind, Tiling};
-use crate::run::{self, RunError};
+use crate::run::{self, Keep, Outputs, RunError};
 use crate::units::{Angle, Flux, Memory, Range};
 
 const EXAMPLES: &str = "\
@@ -25,6 +26,12 @@ Examples:
       A smaller field, brighter sources, a stricter cut.
   vis2cat field.uvfits sources.fits --tiles 1 --n-live 8000
       The single global run of Malyali et al. (2018).
+  vis2cat field.uvfits sources.fits --resume
+      A long run that may be killed: the same command goes on where it was.
+  vis2cat field.uvfits sources.fits --chains chains
+      Chains for getdist and anesthetic beside the catalogue, chains/source_1.txt and so on.
+  vis2cat day1.ms day2.uvfits sources.fits
+      Several observations of one field, in one likelihood.
   vis2cat wide.ms sources.fits --fov 1.4deg --smearing --beam meerkat --spectral-index -0.7
       A wide field of MeerKAT: flux densities are those outside the beam.
   vis2cat info field.uvfits
@@ -85,17 +92,24 @@ pub struct CommonArgs {
 
 #[derive(Debug, Args)]
 struct DetectArgs {
-    /// Visibilities: a UVFITS or UVH5 file, or a Measurement Set
-    #[arg(value_name = "IN", required = true)]
-    input: Option<PathBuf>,
-    /// Catalogue to write; the posterior samples go to OUT.posterior.fits
-    #[arg(value_name = "OUT.fits", required = true)]
-    output: Option<PathBuf>,
+    /// Visibilities of one field (UVFITS or UVH5 files, Measurement Sets), and last the catalogue to
+    /// write; the posterior samples go to OUT.posterior.fits
+    #[arg(value_names = ["IN", "OUT.fits"], num_args = 2.., required = true)]
+    paths: Vec<PathBuf>,
     /// Options from a TOML file; flags win over it
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     #[command(flatten)]
     flags: Flags,
+    /// Folder for the posterior of each source in the files of GetDist, anesthetic and MultiNest
+    #[arg(long, value_name = "DIR")]
+    chains: Option<PathBuf>,
+    /// Keep a checkpoint beside the catalogue, OUT.checkpoint, until the run has ended
+    #[arg(long)]
+    checkpoint: bool,
+    /// Go on with the checkpoint of a run that was killed, to the same catalogue; keep one anyway
+    #[arg(long)]
+    resume: bool,
     #[command(flatten)]
     common: CommonArgs,
 }
@@ -109,6 +123,9 @@ struct Flags {
     /// Name or number of the field, where the file holds several
     #[arg(long, value_name = "FIELD")]
     field: Option<String>,
+    /// Numbers of the spectral windows to use, as in 0,2 [default: all]
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',')]
+    spw: Option<Vec<i64>>,
     /// Column of visibilities of a Measurement Set [default: CORRECTED_DATA where filled, or DATA]
     #[arg(long, value_name = "NAME")]
     data_column: Option<String>,
@@ -175,6 +192,7 @@ impl Flags {
     fn apply(self, config: &mut Config) {
         set(&mut config.fov, self.fov);
         set(&mut config.field, self.field.map(Some));
+        set(&mut config.spw, self.spw);
         set(&mut config.data_column, self.data_column.map(Some));
         set(&mut config.prior.flux, self.flux);
         set(&mut config.snr_cut, self.snr_cut);
@@ -232,7 +250,11 @@ impl Cli {
 }
 
 fn detect(args: DetectArgs) -> Result<(), RunError> {
-    let (Some(input), Some(output)) = (args.input, args.output) else {
+    let Some((output, inputs)) = args
+        .paths
+        .split_last()
+        .filter(|(_, inputs)| !inputs.is_empty())
+    else {
         return Err(RunError::Config(ConfigError::Value {
             key: "IN OUT.fits",
             value: String::new(),
@@ -245,14 +267,19 @@ fn detect(args: DetectArgs) -> Result<(), RunError> {
     };
     args.flags.apply(&mut config);
     config.check()?;
+    let keep = match (args.checkpoint, args.resume) {
+        (_, true) => Keep::Resume,
+        (true, false) => Keep::Checkpoint,
+        (false, false) => Keep::Nothing,
+    };
     let mut progress = progress::Bar::new(args.common.quiet);
-    let outcome = run::run(
-        &input,
-        &output,
-        &config,
-        args.common.overwrite,
-        &mut progress,
-    )?;
+    let outputs = Outputs {
+        catalogue: output,
+        chains: args.chains.as_deref(),
+        overwrite: args.common.overwrite,
+        keep,
+    };
+    let outcome = run::run(inputs, outputs, &config, &mut progress)?;
     progress.finish();
     if !args.common.quiet {
         say(&outcome.summary);

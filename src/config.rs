@@ -51,6 +51,8 @@ pub struct Config {
     pub fov: Angle,
     /// Name or number (from 0) of the field, where the file holds several.
     pub field: Option<String>,
+    /// Numbers of the spectral windows that are used, as `vis2cat info` lists them; none = all.
+    pub spw: Vec<i64>,
     /// Column of visibilities of a Measurement Set; none = `CORRECTED_DATA` where it is filled,
     /// `DATA` otherwise.
     pub data_column: Option<String>,
@@ -99,6 +101,7 @@ impl Default for Config {
         Self {
             fov: Angle(crate::units::DEG),
             field: None,
+            spw: Vec::new(),
             data_column: None,
             snr_cut: 6.0,
             flux_cut: None,

@@ -3,6 +3,7 @@
 //! The samples are cut into blocks of [`BLOCK_LEN`] in file order, whatever the memory budget, so
 //! that the same sums come out whether they are held or streamed.
 
+mod answers;
 mod cross;
 mod evaluate;
 mod ingest;
@@ -10,6 +11,7 @@ mod noise;
 mod open;
 mod overview;
 mod resident;
+mod snr_map;
 mod stream;
 mod survey;
 mod uv_profile;
@@ -20,13 +22,15 @@ pub use evaluate::Request;
 pub use noise::{DifferenceMethod, NoiseReport, NoiseUsed};
 pub use open::OpenOptions;
 pub use overview::Overview;
-pub use survey::{Extremes, SnrMap, Survey};
+pub use snr_map::Extremes;
+pub use survey::Survey;
 pub use views::{EngineOptions, View, ViewRequest};
 
 use std::sync::Arc;
 
 use vis2cat_formats::{Field, Observation};
 
+use crate::checkpoint::{Checkpoint, CheckpointError};
 use crate::coords::Lm;
 use crate::likelihood::VisBlock;
 use crate::rime::shape::Profile;
@@ -50,6 +54,9 @@ pub enum DatasetError {
     /// The field of view that is wanted cannot be looked at.
     #[error("the field of view is too wide for these data, try a smaller --fov: {0}")]
     Field(String),
+    /// The checkpoint.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
     /// The file is fine but there is nothing in it that we could use.
     #[error("{path}: {what}")]
     Unusable {
@@ -63,9 +70,9 @@ pub enum DatasetError {
 /// Counts and scales of the selected samples.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct DataInfo {
-    /// Rows read.
+    /// Rows of the files.
     pub n_row: u64,
-    /// Rows of the chosen field that are no autocorrelations.
+    /// Rows selected that are no autocorrelations.
     pub n_row_used: u64,
     /// Stokes I samples used.
     pub n_sample: u64,
@@ -81,20 +88,24 @@ pub struct DataInfo {
     pub max_uv: f64,
     /// Largest |w| used [wavelength].
     pub max_w: f64,
+    /// Largest change of what a smearing loss is the sinc of, with direction cosines [turn].
+    pub max_blur: f64,
     /// Width (standard deviation) of the response to a typical source at natural weight [rad].
     pub beam_rad: f64,
-    /// Noise level and where it comes from.
-    pub noise: NoiseReport,
+    /// Noise level of each file and where it comes from.
+    pub noise: Vec<NoiseReport>,
 }
 
 /// The selected samples, less the sources found so far.
 pub struct Dataset {
     observation: Observation,
-    field: u32,
     info: DataInfo,
     profile: Profile,
     store: Store,
     removed: Vec<Source>,
+    /// Those that are subtracted by now: the others when the samples are needed.
+    subtracted: Vec<Source>,
+    checkpoint: Option<Checkpoint>,
     n_eval: u64,
     engine: EngineOptions,
     memory_bytes: f64,
@@ -109,7 +120,7 @@ enum Store {
 }
 
 impl Dataset {
-    /// What the file is about.
+    /// What the files are about.
     pub fn observation(&self) -> &Observation {
         &self.observation
     }
@@ -126,7 +137,7 @@ impl Dataset {
 
     /// The phase centre that the data are selected for.
     pub fn phase_centre(&self) -> &Field {
-        &self.observation.fields[self.field as usize]
+        &self.observation.fields[0]
     }
 
     /// Frequency that flux densities are given at [Hz]: the middle of the band where terms of the
@@ -148,15 +159,19 @@ impl Dataset {
 
     /// Sets the sources that are subtracted from the data before anything is evaluated.
     pub fn set_removed(&mut self, sources: Vec<Source>) {
-        if sources == self.removed {
+        self.removed = sources;
+    }
+
+    fn subtract_removed(&mut self) {
+        if self.subtracted == self.removed {
             return;
         }
-        let models = with_profile(&sources, self.profile);
+        let models = with_profile(&self.removed, self.profile);
         match &mut self.store {
             Store::Resident(resident) => resident.set_removed(&models),
             Store::Streamed(stream) => stream.removed = models,
         }
-        self.removed = sources;
+        self.subtracted.clone_from(&self.removed);
     }
 
     /// As [`Dataset::for_each_batch`], a few blocks at a time: for those who copy them.
@@ -171,6 +186,7 @@ impl Dataset {
 
     /// Calls `visit` with the samples less the removed sources, batches of blocks in file order.
     fn for_each_batch(&mut self, mut visit: impl FnMut(&[VisBlock])) -> Result<(), DatasetError> {
+        self.subtract_removed();
         match &mut self.store {
             Store::Resident(resident) => visit(&resident.blocks),
             Store::Streamed(stream) => stream.for_each_batch(visit)?,

@@ -2,6 +2,8 @@
 #![doc = include_str!("../ARCHITECTURE.md")]
 
 pub mod catalogue;
+pub mod chains;
+pub mod checkpoint;
 pub mod cli;
 pub mod config;
 pub mod coords;

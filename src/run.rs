@@ -4,15 +4,18 @@ mod outcome;
 
 use std::path::{Path, PathBuf};
 
-use vis2cat_formats::{ReadError, ReadOptions, WriteError};
+use vis2cat_formats::{ReadError, ReadOptions, Selection, WriteError};
 
 use crate::catalogue::CataloguePaths;
+use crate::chains;
+use crate::checkpoint::{Checkpoint, CheckpointError, Identity};
 use crate::config::{Config, ConfigError, SamplerKind, Tiling};
 use crate::dataset::{Dataset, DatasetError, EngineOptions, NoiseUsed, OpenOptions};
 use crate::detect::{
     Cuts, DetectError, Observer, SamplerSettings, Settings, detect, field_of_view, side_for_basin,
     tiles,
 };
+use crate::likelihood::Isa;
 use crate::prior::{MODE_DIMS, N_DIM};
 use crate::sampler::{MultiNest, MultiNestConfig, Sampler, SamplerError};
 use crate::simulate::SimulateError;
@@ -41,6 +44,9 @@ pub enum RunError {
     /// The data cannot be read or used.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
+    /// The checkpoint cannot be used or written.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
     /// Another input cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
@@ -59,6 +65,11 @@ impl RunError {
     /// The exit code of the program: see `vis2cat --help`.
     pub fn exit_code(&self) -> u8 {
         match self {
+            Self::Checkpoint(error)
+            | Self::Dataset(DatasetError::Checkpoint(error))
+            | Self::Detect(DetectError::Dataset(DatasetError::Checkpoint(error))) => {
+                if error.is_output() { 4 } else { 3 }
+            }
             Self::Detect(DetectError::Sampler { .. }) => 1,
             Self::Config(_)
             | Self::Simulate(
@@ -73,23 +84,56 @@ impl RunError {
     }
 }
 
-/// Finds the sources in `input` and writes `output` and its posterior samples.
+/// What is kept of a run that does not end.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Keep {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// A checkpoint beside the catalogue.
+    Checkpoint,
+    /// The same, and the run goes on with the one that is there.
+    Resume,
+}
+
+/// What a run writes.
+#[derive(Debug, Clone, Copy)]
+pub struct Outputs<'a> {
+    /// The catalogue; the posterior samples go beside it.
+    pub catalogue: &'a Path,
+    /// Folder of chains for other programs.
+    pub chains: Option<&'a Path>,
+    /// Replace what is there.
+    pub overwrite: bool,
+    /// In case that the run does not end.
+    pub keep: Keep,
+}
+
+/// Finds the sources in `inputs`, which are of one field, and writes a catalogue and its posterior samples.
 ///
 /// # Errors
 /// Whatever stopped the run; no output stands under its final name then.
 pub fn run(
-    input: &Path,
-    output: &Path,
+    inputs: &[PathBuf],
+    outputs: Outputs,
     config: &Config,
-    overwrite: bool,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, RunError> {
     config.check()?;
-    let paths = CataloguePaths::new(output);
+    let overwrite = outputs.overwrite;
+    let paths = CataloguePaths::new(outputs.catalogue);
     paths.refuse_existing(overwrite)?;
-    let digest = digest(input)?;
-    let mut dataset = open(input, config, observer)?;
-    report_noise(&dataset);
+    if let Some(folder) = outputs.chains {
+        chains::refuse_existing(folder, overwrite)?;
+    }
+    let digests = inputs.iter().map(|input| digest(input));
+    let digests = digests.collect::<Result<Vec<_>, _>>()?;
+    let checkpoint = checkpoint(outputs, config, &digests)?;
+    let mut dataset = open(inputs, config, observer)?;
+    if let Some(checkpoint) = checkpoint {
+        dataset.set_checkpoint(checkpoint);
+    }
+    report_noise(inputs, &dataset);
     let field = field_of_view(config.fov.0);
     let beam_rad = dataset.info().beam_rad;
     let n_tile = n_tile(config, beam_rad);
@@ -121,13 +165,40 @@ pub fn run(
         settings.n_live
     );
     let detection = detect(&mut dataset, &settings, observer)?;
-    let outcome = Outcome::new(config, &digest, &dataset, &settings, &detection);
+    let outcome = Outcome::new(config, &digests, &dataset, &settings, &detection);
+    if let Some(folder) = outputs.chains {
+        let (sources, posterior) = (&outcome.sources, &outcome.posterior);
+        chains::write(folder, overwrite, config, sources, posterior)?;
+    }
     outcome.write(&paths, overwrite)?;
+    if let Some(checkpoint) = dataset.take_checkpoint() {
+        checkpoint.remove()?;
+    }
     Ok(outcome)
 }
 
+/// Opens or begins `out.checkpoint` beside `out.fits`, if there is to be one.
+fn checkpoint(
+    outputs: Outputs,
+    config: &Config,
+    digests: &[String],
+) -> Result<Option<Checkpoint>, CheckpointError> {
+    let path = outputs.catalogue.with_extension("checkpoint");
+    let identity = Identity {
+        version: env!("CARGO_PKG_VERSION").into(),
+        processor: format!("{}, {:?}", std::env::consts::ARCH, Isa::detect()),
+        input: digests.join(" "),
+        config: config.to_toml(),
+    };
+    match outputs.keep {
+        Keep::Nothing => Ok(None),
+        Keep::Checkpoint => Checkpoint::create(&path, &identity, outputs.overwrite).map(Some),
+        Keep::Resume => Checkpoint::resume(&path, &identity).map(Some),
+    }
+}
+
 fn open(
-    input: &Path,
+    inputs: &[PathBuf],
     config: &Config,
     observer: &mut dyn Observer,
 ) -> Result<Dataset, DatasetError> {
@@ -135,8 +206,13 @@ fn open(
     let options = OpenOptions {
         read: ReadOptions {
             data_column: config.data_column.clone(),
+            select: Selection {
+                field: config.field.clone(),
+                spws: config.spw.clone(),
+                ..Selection::default()
+            },
+            ..ReadOptions::default()
         },
-        field: config.field.clone(),
         noise: config.noise,
         instrument: config.instrument(),
         memory_bytes: config.memory.0,
@@ -156,21 +232,25 @@ fn open(
         }
         observer.advance(done, 0);
     };
-    Dataset::open(input, &options, &mut progress)
+    Dataset::open(inputs, &options, &mut progress)
 }
 
-/// Both noise levels, loudly where they disagree.
-fn report_noise(dataset: &Dataset) {
-    let noise = &dataset.info().noise;
-    let used = match noise.used {
-        NoiseUsed::Weights => "the weights as they are",
-        NoiseUsed::Data => "the weights, scaled to the noise in the data",
-        NoiseUsed::Sefd => "the system equivalent flux density",
-    };
-    if noise.disagrees() {
-        tracing::warn!("noise of a Stokes I sample: {noise}; used: {used} (see --noise)");
-    } else {
-        tracing::info!("noise of a Stokes I sample: {noise}; used: {used}");
+/// Both noise levels of each file, loudly where they disagree.
+fn report_noise(inputs: &[PathBuf], dataset: &Dataset) {
+    for (input, noise) in inputs.iter().zip(&dataset.info().noise) {
+        let used = match noise.used {
+            NoiseUsed::Weights => "the weights as they are",
+            NoiseUsed::Data => "the weights, scaled to the noise in the data",
+            NoiseUsed::Sefd => "the system equivalent flux density",
+        };
+        let input = input.display();
+        if noise.disagrees() {
+            tracing::warn!(
+                "{input}: noise of a Stokes I sample: {noise}; used: {used} (see --noise)"
+            );
+        } else {
+            tracing::info!("{input}: noise of a Stokes I sample: {noise}; used: {used}");
+        }
     }
 }
 

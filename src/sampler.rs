@@ -4,10 +4,12 @@
 //! how points are evaluated: one pass over the data can serve the batches of many samplers.
 //!
 //! ```text
-//! MultiNest: ask -> points -> ln L -> tell, until ask is empty; finish -> NestedRun
+//! MultiNest, Slice: ask -> points -> ln L -> tell, until ask is empty; finish -> NestedRun
 //! NestedRun: dead points with birth contours + the tree of modes
 //!     -> evidence(): log Z, its error, information, ess    -> log_weights()
 //!     -> modes(): the same for every mode, with its posterior samples
+//!     -> insertion_test(), log_z_err_bootstrap(), efficiency(), live_history(): is it to be trusted?
+//!     -> merge(): several runs as one
 //! Population: the same protocol, where a posterior of one piece is roughly known -> Draws
 //! ```
 //!
@@ -36,21 +38,28 @@
 //! ```
 
 mod bound;
+mod diagnostics;
 mod evidence;
+mod merge;
 mod modes;
 mod multinest;
+mod nest;
 mod pareto;
 mod population;
 pub mod problems;
 mod run;
+mod slice;
 mod student;
 
 pub use bound::Ellipsoid;
+pub use diagnostics::{InsertionTest, ModeHistory};
 pub use evidence::Evidence;
+pub use merge::MergeError;
 pub use modes::ModeSummary;
 pub use multinest::{MultiNest, MultiNestConfig};
 pub use population::{Draws, Population, PopulationConfig};
 pub use run::{RunError, run};
+pub use slice::{Slice, SliceConfig};
 
 /// A nested sampler, driven from outside: `ask`, evaluate, `tell`, until `ask` brings nothing.
 ///

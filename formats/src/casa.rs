@@ -19,6 +19,7 @@
 
 mod cell;
 mod create;
+mod range;
 mod table;
 
 pub(crate) use cell::Value;

@@ -9,6 +9,9 @@ const MAX_MJD: f64 = 1e6;
 /// Coordinates beyond this are mistakes: the Moon is at 4e8 m.
 const MAX_UVW_M: f64 = 1e15;
 
+/// Values of a chunk between two readers: 13 MB.
+const MAX_VALUES: usize = 1 << 20;
+
 /// A block of rows, owned by the caller and re-used from read to read.
 ///
 /// Axes, slowest first: `r` row, `f` channel (all IFs of a set-up one after the other), `p`
@@ -65,6 +68,14 @@ impl VisChunk {
         }
     }
 
+    /// For a reader over another reader: takes as many rows as whoever asks wants, but never so many
+    /// that the values of `observation` are too many to hold.
+    pub(crate) fn take_at_most(&mut self, max_row: usize, observation: &Observation) {
+        let chans = observation.freq_setups.iter().map(|s| s.freq_hz_f.len());
+        let values = chans.max().unwrap_or(1) * observation.corrs.len();
+        self.max_row = max_row.clamp(1, (MAX_VALUES / values.max(1)).max(1));
+    }
+
     /// Forgets the rows and sets the shape of those to come; keeps the allocations.
     pub fn clear(&mut self, n_chan: usize, n_corr: usize) {
         self.n_row = 0;
@@ -91,6 +102,18 @@ impl VisChunk {
         self.ant2_r.push(head.ants[1]);
         self.field_r.push(head.field);
         self.freq_setup_r.push(head.freq_setup);
+    }
+
+    /// What a row says besides its visibilities.
+    pub(crate) fn head(&self, row: usize) -> RowHead {
+        RowHead {
+            uvw_m: self.uvw_m_r[row],
+            time_mjd: self.time_mjd_r[row],
+            interval_s: self.interval_s_r[row],
+            ants: [self.ant1_r[row], self.ant2_r[row]],
+            field: self.field_r[row],
+            freq_setup: self.freq_setup_r[row],
+        }
     }
 
     /// Values in one row: channels times correlations.

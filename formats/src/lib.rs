@@ -31,9 +31,11 @@
 //! only, loses nothing, and leaves the phase convention as it is. Beyond that nothing is turned round:
 //! a file whose coordinates go against its own format is told of in a warning, not repaired.
 
+mod average;
 #[cfg(feature = "ms")]
 mod casa;
 mod chunk;
+mod concat;
 mod create;
 mod date;
 mod direction;
@@ -50,11 +52,15 @@ mod pending;
 #[cfg(feature = "ms")]
 mod pending_dir;
 mod reader;
+mod select;
 mod stokes;
 mod uvfits;
 mod uvh5;
+mod window;
 
+pub use average::{Averaged, Averaging};
 pub use chunk::VisChunk;
+pub use concat::Concatenated;
 pub use create::create;
 pub use error::{ReadError, WriteError};
 #[cfg(feature = "ms")]
@@ -63,8 +69,11 @@ pub use observation::{
     Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, MsNotes, Observation, TimeScale,
     Uvh5Notes,
 };
-pub use open::{ReadOptions, open, open_with};
+pub use open::{ReadOptions, open, open_all, open_with};
+pub use pending::PendingFile;
 pub use reader::{VisReader, VisWriter};
+pub use select::{Selected, Selection};
 pub use stokes::{NoStokesI, StokesIRule, stokes_i};
 pub use uvfits::{UvfitsReader, UvfitsWriter};
 pub use uvh5::{Uvh5Reader, Uvh5Writer};
+pub use window::Window;

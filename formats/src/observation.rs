@@ -23,7 +23,7 @@ pub struct Observation {
     pub freq_setups: Vec<FreqSetup>,
     /// Correlations of every row, in order.
     pub corrs: Vec<Corr>,
-    /// Rows (baseline times time) in the file.
+    /// Rows (baseline times time) in the file, before any selection or averaging.
     pub n_row: u64,
     /// Scale of the times.
     pub time_scale: TimeScale,
@@ -40,6 +40,18 @@ pub struct Observation {
 }
 
 impl Observation {
+    /// Nothing if all data are phased; `format` cannot hold others, which is told in words.
+    pub(crate) fn check_phased(&self, format: &str) -> Result<(), String> {
+        match self.fields.iter().find(|field| field.drifts) {
+            Some(field) => Err(format!(
+                "the data of '{}' are not phased (drift scan), which {format} cannot hold: write UVH5, or \
+                 phase them first, with pyuvdata's UVData.phase",
+                field.name
+            )),
+            None => Ok(()),
+        }
+    }
+
     /// The array's own position, or the mean of its antennas' where these are all there is [m].
     pub(crate) fn array_or_mean_m(&self) -> [f64; 3] {
         if self.array_position_m != [0.0; 3] {
@@ -57,6 +69,8 @@ pub struct MsNotes {
     pub data_column: String,
     /// Column of the weights, or of the standard deviations that they were made of.
     pub weight_column: String,
+    /// Row in the table `SPECTRAL_WINDOW` of each frequency set-up.
+    pub spw_s: Vec<u32>,
 }
 
 /// What only UVH5 files say of an observation.
@@ -96,6 +110,9 @@ pub struct Field {
     pub dec_rad: f64,
     /// Celestial frame.
     pub frame: Frame,
+    /// The data are not phased: (u, v, w) are those of a direction that goes with the Earth, and there
+    /// is neither right ascension nor declination.
+    pub drifts: bool,
 }
 
 /// Celestial frame of a direction.

@@ -2,23 +2,27 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::uvfits::UvfitsReader;
 use crate::uvh5::Uvh5Reader;
-use crate::{ReadError, VisReader};
+use crate::{Averaged, Averaging, Concatenated, ReadError, Selected, Selection, VisReader};
 
 /// First bytes of an HDF5 file (HDF5 File Format Specification 3.0, section II.A).
 const HDF5_SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 /// First bytes of a FITS file.
 const FITS_SIGNATURE: &[u8] = b"SIMPLE  =";
 
-/// What to read of a file that holds more than one thing.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+/// What to read of a file, and how.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadOptions {
     /// Column of visibilities of a Measurement Set; none = `CORRECTED_DATA` where it is filled,
     /// `DATA` otherwise.
     pub data_column: Option<String>,
+    /// Which rows, channels and correlations.
+    pub select: Selection,
+    /// What is averaged of these.
+    pub average: Averaging,
 }
 
 /// Opens a visibility file.
@@ -34,6 +38,45 @@ pub fn open(path: &Path) -> Result<Box<dyn VisReader>, ReadError> {
 /// # Errors
 /// As [`open`], or the file has nothing to choose from.
 pub fn open_with(path: &Path, options: &ReadOptions) -> Result<Box<dyn VisReader>, ReadError> {
+    let mut reader = open_file(path, options)?;
+    if !options.select.is_all() {
+        reader = Box::new(Selected::new(path, reader, &options.select)?);
+    }
+    if !options.average.is_none() {
+        reader = Box::new(Averaged::new(path, reader, &options.average)?);
+    }
+    Ok(reader)
+}
+
+/// Opens several files as one (see [`Concatenated`]); returns also the file, from 0, that each frequency
+/// set-up is of. A column of visibilities is chosen in Measurement Sets only.
+///
+/// # Errors
+/// As [`open_with`] for each of them, or they do not go together.
+pub fn open_all(
+    paths: &[PathBuf],
+    options: &ReadOptions,
+) -> Result<(Box<dyn VisReader>, Vec<u32>), ReadError> {
+    if let [path] = paths {
+        let reader = open_with(path, options)?;
+        let files = vec![0; reader.observation().freq_setups.len()];
+        return Ok((reader, files));
+    }
+    let has_set = paths.iter().any(|path| path.is_dir());
+    let mut readers = Vec::new();
+    for path in paths {
+        let mut options = options.clone();
+        if has_set && !path.is_dir() {
+            options.data_column = None;
+        }
+        readers.push((path.clone(), open_with(path, &options)?));
+    }
+    let all = Concatenated::new(readers)?;
+    let files = all.file_of_setup();
+    Ok((Box::new(all), files))
+}
+
+fn open_file(path: &Path, options: &ReadOptions) -> Result<Box<dyn VisReader>, ReadError> {
     if path.is_dir() {
         return open_directory(path, options);
     }
@@ -82,7 +125,8 @@ fn open_measurement_set(
     path: &Path,
     options: &ReadOptions,
 ) -> Result<Box<dyn VisReader>, ReadError> {
-    let reader = crate::ms::MsReader::open(path, options.data_column.as_deref())?;
+    let reader =
+        crate::ms::MsReader::open_with(path, options.data_column.as_deref(), &options.select.spws)?;
     Ok(Box::new(reader))
 }
 

@@ -9,6 +9,7 @@ use crate::{Observation, ReadError, VisChunk, WriteError};
 /// | `observation` | what the rows have in common; known as soon as the file is open |
 /// | `read_chunk` | the next rows into the caller's chunk; 0 rows is the end |
 /// | `rewind` | the next read starts from the first row again |
+/// | `n_row_read` | rows of the file that are done, wanted or not: for progress |
 pub trait VisReader: Send {
     /// What the rows have in common.
     fn observation(&self) -> &Observation;
@@ -24,6 +25,9 @@ pub trait VisReader: Send {
     /// # Errors
     /// The file cannot be positioned any more.
     fn rewind(&mut self) -> Result<(), ReadError>;
+
+    /// Rows taken from the file since its start, of the `n_row` of the observation.
+    fn n_row_read(&self) -> u64;
 }
 
 /// Writes a visibility file chunk by chunk.

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
-use vis2cat_formats::ReadOptions;
+use vis2cat_formats::{Observation, Window};
 
-use super::{CommonArgs, progress::Bar, say};
+use super::{CommonArgs, progress::Bar, say, select::ReadArgs};
 use crate::dataset::Overview;
 use crate::detect::Observer;
 use crate::run::RunError;
@@ -19,9 +19,8 @@ pub(crate) struct InfoArgs {
     /// Visibility file or Measurement Set
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Column of visibilities of a Measurement Set [default: CORRECTED_DATA where filled, or DATA]
-    #[arg(long, value_name = "NAME")]
-    data_column: Option<String>,
+    #[command(flatten)]
+    read: ReadArgs,
     /// As JSON
     #[arg(long)]
     json: bool,
@@ -44,9 +43,7 @@ pub(crate) fn execute(args: &InfoArgs) -> Result<(), RunError> {
     let mut bar = Bar::new(args.quiet);
     bar.stage("reading", 0);
     let mut n_row_known = 0;
-    let options = ReadOptions {
-        data_column: args.data_column.clone(),
-    };
+    let options = args.read.options();
     let overview = Overview::read(&args.file, &options, &mut |done, n_row| {
         if n_row_known != n_row {
             n_row_known = n_row;
@@ -97,13 +94,12 @@ fn text(report: &Report) -> String {
     );
     for (i, field) in observation.fields.iter().enumerate() {
         let (ra, dec) = (field.ra_rad / DEG, field.dec_rad / DEG);
-        line(
-            "field",
-            format!(
-                "{i} {}  RA {ra:.6} deg, DEC {dec:.6} deg, {:?}",
-                field.name, field.frame
-            ),
-        );
+        let place = if field.drifts {
+            "not phased (drift scan)".to_owned()
+        } else {
+            format!("RA {ra:.6} deg, DEC {dec:.6} deg, {:?}", field.frame)
+        };
+        line("field", format!("{i} {}  {place}", field.name));
     }
     let rows = overview.n_row;
     line(
@@ -112,8 +108,8 @@ fn text(report: &Report) -> String {
     );
     line("baselines", overview.n_baseline.to_string());
     line("times", times(overview));
-    for (i, setup) in observation.freq_setups.iter().enumerate() {
-        line("frequencies", frequencies(i, setup));
+    for window in observation.windows() {
+        line("spw", frequencies(observation, &window));
     }
     let corrs: Vec<_> = observation
         .corrs
@@ -133,9 +129,10 @@ fn text(report: &Report) -> String {
     );
     line(
         "noise",
-        overview
-            .noise
-            .map_or("not measured: no Stokes I".into(), |n| n.to_string()),
+        overview.noise.map_or(
+            "not measured: no Stokes I that is not flagged".into(),
+            |n| n.to_string(),
+        ),
     );
     for warning in &observation.warnings {
         line("warning", warning.clone());
@@ -152,15 +149,16 @@ fn times(overview: &Overview) -> String {
     )
 }
 
-fn frequencies(i: usize, setup: &vis2cat_formats::FreqSetup) -> String {
-    let (first, last) = (setup.freq_hz_f.first(), setup.freq_hz_f.last());
+fn frequencies(observation: &Observation, window: &Window) -> String {
+    let setup = &observation.freq_setups[window.setup];
+    let freq_hz_f = &setup.freq_hz_f[window.chans.clone()];
     let mhz = |hz: Option<&f64>| hz.map_or(f64::NAN, |hz| hz / 1e6);
     format!(
-        "{i} {} channels in {} IF, {:.4} to {:.4} MHz, {:.4} MHz wide",
-        setup.freq_hz_f.len(),
-        setup.n_if,
-        mhz(first),
-        mhz(last),
-        mhz(setup.chan_width_hz_f.first())
+        "{} {} channels, {:.4} to {:.4} MHz, {:.4} MHz wide",
+        window.number,
+        freq_hz_f.len(),
+        mhz(freq_hz_f.first()),
+        mhz(freq_hz_f.last()),
+        mhz(setup.chan_width_hz_f.get(window.chans.start))
     )
 }

@@ -1,23 +1,45 @@
 //! Several sources together: what they have in common, and regions in which they are looked at.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
-use super::views::POINTS_PER_TASK;
+use super::answers::Question;
+use super::views::{POINTS_PER_TASK, ask_views};
 use super::{Dataset, DatasetError, View, ViewRequest};
 use crate::likelihood::facet::{CrossBuilder, CrossFacet, FacetPlan};
 use crate::likelihood::{PairTerm, Xy, accumulate_pairs, joint_log_l, pairs};
 use crate::prior::Region;
 use crate::rime::Source;
 
-/// Regions about sources that are looked at together.
+/// Regions about sources that are looked at together: made ready when evaluated for the first time.
 pub struct JointView {
     /// One for each source, with all of them in the data.
     members: Vec<View>,
-    /// None: what they have in common is summed over all samples.
-    cross: Option<CrossFacet>,
+    /// The smallest region that holds all of theirs.
+    united: Region,
+    /// Some must be evaluated by all visibilities.
+    is_exact: bool,
+    /// None inside: what they have in common is summed over all samples.
+    cross: OnceLock<Option<CrossFacet>>,
+}
+
+impl JointView {
+    /// The regions of a group; the sources that any of them puts back must be the same.
+    pub fn new(requests: Vec<ViewRequest>) -> Self {
+        Self {
+            united: united(&requests),
+            is_exact: requests.iter().any(|request| request.is_exact),
+            members: requests.into_iter().map(View::new).collect(),
+            cross: OnceLock::new(),
+        }
+    }
+
+    /// The facet of a view that is ready, if it has one.
+    fn cross(&self) -> Option<&CrossFacet> {
+        self.cross.get()?.as_ref()
+    }
 }
 
 impl Dataset {
@@ -26,54 +48,52 @@ impl Dataset {
     /// # Errors
     /// The file can no longer be read.
     pub fn cross(&mut self, pairs: &[[Source; 2]]) -> Result<Vec<f64>, DatasetError> {
+        if pairs.is_empty() {
+            return Ok(Vec::new());
+        }
+        self.n_eval += pairs.len() as u64;
+        let ask = |question: &mut Question| question.sources(pairs.as_flattened());
+        self.answer("pairs", ask, |dataset| dataset.sum_cross(pairs))
+    }
+
+    /// The sums themselves.
+    fn sum_cross(&mut self, pairs: &[[Source; 2]]) -> Result<Vec<f64>, DatasetError> {
         let mut sums = vec![0.0; pairs.len()];
         if pairs.is_empty() {
             return Ok(sums);
         }
-        self.n_eval += pairs.len() as u64;
         let profile = self.profile;
         let terms: Vec<PairTerm> = pairs.iter().map(|p| PairTerm::new(p, profile)).collect();
         self.for_each_batch(|blocks| accumulate_pairs(blocks, &terms, &mut sums))?;
         Ok(sums)
     }
 
-    /// Makes the regions of each group ready; the sources that any of a group's regions puts back
-    /// must be the same.
-    ///
-    /// # Errors
-    /// The file can no longer be read.
-    pub fn joint_views(
-        &mut self,
-        groups: &[Vec<ViewRequest>],
-    ) -> Result<Vec<JointView>, DatasetError> {
-        let requests: Vec<ViewRequest> = groups.iter().flatten().cloned().collect();
-        let mut views = self.views(&requests)?.into_iter();
-        let mut joint: Vec<JointView> = groups
-            .iter()
-            .map(|group| JointView {
-                members: views.by_ref().take(group.len()).collect(),
-                cross: None,
-            })
-            .collect();
-        for (plan, which) in self.cross_plans(groups) {
-            let centre = |&i: &usize| united(&groups[i]).from_unit(0.5, 0.5);
+    /// Fills the facets for what the members of new `views` have in common.
+    fn make_cross_ready(&mut self, views: &[&JointView]) -> Result<(), DatasetError> {
+        let is_new = |view: &&&JointView| view.cross.get().is_none();
+        let views: Vec<&JointView> = views.iter().filter(is_new).copied().collect();
+        for (plan, which) in self.cross_plans(&views) {
+            let centre = |&i: &usize| views[i].united.from_unit(0.5, 0.5);
             let centres: Vec<_> = which.iter().map(centre).collect();
             let mut builder = CrossBuilder::new(plan, &centres);
             self.for_few_blocks(|blocks| builder.add(blocks))?;
             for (i, facet) in which.into_iter().zip(builder.finish()) {
-                joint[i].cross = Some(facet);
+                views[i].cross.get_or_init(|| Some(facet));
             }
         }
-        Ok(joint)
+        for view in views {
+            view.cross.get_or_init(|| None);
+        }
+        Ok(())
     }
 
     /// Which groups are served by facets, with the plans of these, as many at a time as fit the
     /// memory budget.
-    fn cross_plans(&self, groups: &[Vec<ViewRequest>]) -> Vec<(Arc<FacetPlan>, Vec<usize>)> {
+    fn cross_plans(&self, views: &[&JointView]) -> Vec<(Arc<FacetPlan>, Vec<usize>)> {
         let mut by_size: BTreeMap<i32, Vec<usize>> = BTreeMap::new();
-        for (i, group) in groups.iter().enumerate() {
-            if !group.iter().any(|request| request.is_exact) {
-                let step = self.size_step(&united(group));
+        for (i, view) in views.iter().enumerate() {
+            if !view.is_exact {
+                let step = self.size_step(&view.united);
                 by_size.entry(step).or_default().push(i);
             }
         }
@@ -89,11 +109,39 @@ impl Dataset {
         plans
     }
 
-    /// ln L - ln L0 of the points of each view, a point being one source for each of its regions.
+    /// ln L - ln L0 of the points of each view, a point being one source for each of its regions; the
+    /// removed sources must be those of the time when the views were made.
     ///
     /// # Errors
     /// The file can no longer be read.
     pub fn evaluate_joint_views(
+        &mut self,
+        jobs: &[(&JointView, &[Source])],
+    ) -> Result<Vec<Vec<f64>>, DatasetError> {
+        let count = |(view, points): &(&JointView, &[Source])| points.len() / view.members.len();
+        for job @ (view, points) in jobs {
+            let n_pair = pairs(view.members.len()).count();
+            self.n_eval += (points.len() + count(job) * n_pair) as u64;
+        }
+        let ask = |question: &mut Question| {
+            for (view, points) in jobs {
+                let members = view.members.iter().map(|member| (member, &[][..]));
+                ask_views(question, &members.collect::<Vec<_>>());
+                question.sources(points);
+            }
+        };
+        let log_l = self.answer("groups", ask, |data| {
+            Ok(data.sum_joint_views(jobs)?.concat())
+        })?;
+        let mut log_l = log_l.into_iter();
+        Ok(jobs
+            .iter()
+            .map(|job| log_l.by_ref().take(count(job)).collect())
+            .collect())
+    }
+
+    /// The same, worked out.
+    fn sum_joint_views(
         &mut self,
         jobs: &[(&JointView, &[Source])],
     ) -> Result<Vec<Vec<f64>>, DatasetError> {
@@ -107,7 +155,7 @@ impl Dataset {
         let views = jobs.iter().flat_map(|(view, _)| &view.members);
         let single: Vec<(&View, &[Source])> =
             views.zip(by_member.iter().map(Vec::as_slice)).collect();
-        let mut xy = self.evaluate_views(&single)?.into_iter();
+        let mut xy = self.sum_views(&single)?.into_iter();
         let cross = self.cross_of_views(jobs)?;
         let log_l = |((view, points), cross): (&(&JointView, &[Source]), Vec<f64>)| {
             let count = view.members.len();
@@ -136,29 +184,25 @@ impl Dataset {
                 points.flat_map(|p| -> Vec<_> { of_point(p) }).collect()
             })
             .collect();
+        let evaluated = jobs.iter().filter(|(_, points)| !points.is_empty());
+        self.make_cross_ready(&evaluated.map(|(view, _)| *view).collect::<Vec<_>>())?;
         let all = || jobs.iter().map(|(view, _)| *view).zip(&wanted);
         let without: Vec<[Source; 2]> = all()
-            .filter(|(view, _)| view.cross.is_none())
+            .filter(|(view, _)| view.cross().is_none())
             .flat_map(|(_, wanted)| wanted.iter().copied())
             .collect();
-        let mut summed = self.cross(&without)?.into_iter();
+        let mut summed = self.sum_cross(&without)?.into_iter();
         let by_facet = |facet: &CrossFacet, wanted: &[[Source; 2]]| -> Vec<f64> {
             let tasks = wanted.par_chunks(POINTS_PER_TASK);
             tasks
                 .flat_map_iter(|pairs| facet.cross_batch(pairs))
                 .collect()
         };
-        let mut n_eval = 0;
-        let sums = all().map(|(view, wanted)| match &view.cross {
-            Some(facet) => {
-                n_eval += wanted.len() as u64;
-                by_facet(facet, wanted)
-            }
+        let sums = all().map(|(view, wanted)| match view.cross() {
+            Some(facet) => by_facet(facet, wanted),
             None => summed.by_ref().take(wanted.len()).collect(),
         });
-        let sums = sums.collect();
-        self.n_eval += n_eval;
-        Ok(sums)
+        Ok(sums.collect())
     }
 }
 

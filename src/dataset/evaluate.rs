@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::answers::Question;
 use super::{Dataset, DatasetError, negated, with_profile};
 use crate::likelihood::{SourceTerm, VisBlock, Xy, accumulate_blocks, subtract};
 use crate::rime::Source;
@@ -23,8 +24,20 @@ impl Dataset {
     /// # Errors
     /// The file can no longer be read.
     pub fn evaluate(&mut self, requests: &[Request]) -> Result<Vec<Vec<Xy>>, DatasetError> {
+        let n_point: Vec<usize> = requests.iter().map(|r| r.points.len()).collect();
+        self.n_eval += n_point.iter().sum::<usize>() as u64;
+        let ask = |question: &mut Question| {
+            for request in requests {
+                question.sources(&request.restored);
+                question.sources(&request.points);
+            }
+        };
+        self.answer_xy("all samples", &n_point, ask, |data| data.sum(requests))
+    }
+
+    /// The sums themselves.
+    pub(super) fn sum(&mut self, requests: &[Request]) -> Result<Vec<Vec<Xy>>, DatasetError> {
         let profile = self.profile;
-        self.n_eval += requests.iter().map(|r| r.points.len() as u64).sum::<u64>();
         let terms: Vec<Vec<SourceTerm>> = requests
             .iter()
             .map(|r| {

@@ -43,25 +43,18 @@ impl WeightRule {
     }
 }
 
-/// Which rows are taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum FieldChoice {
-    /// Those of every field.
-    All,
-    /// Those of one.
-    One(u32),
-}
-
 /// What one Stokes I sample is made of, for whoever wants to look on.
 pub(super) struct Sample {
+    /// The file that it is of, from 0.
+    pub(super) file: usize,
     /// Index of the row's two antennas.
     pub(super) baseline: (u32, u32),
     /// Channel.
     pub(super) chan: usize,
     /// Time stamp [MJD].
     pub(super) time_mjd: f64,
-    /// Frequency [Hz].
-    pub(super) freq_hz: f64,
+    /// Frequency [Hz], channel width [Hz], integration time [s], which is not a number where not known.
+    pub(super) extent: Extent,
     /// Baseline coordinates [wavelength].
     pub(super) uvw: [f64; 3],
     /// Stokes I [Jy].
@@ -76,12 +69,12 @@ pub(super) struct Sample {
 pub(super) trait Tally {
     /// Rows have come from the file.
     fn chunk(&mut self, _chunk: &VisChunk) {}
-    /// A used row begins.
-    fn row(&mut self) {}
+    /// A used row of a file begins.
+    fn row(&mut self, _file: usize) {}
     /// A sample is used.
     fn sample(&mut self, _sample: &Sample) {}
-    /// A sample is lost to flags.
-    fn flagged(&mut self) {}
+    /// A sample of a file is lost to flags.
+    fn flagged(&mut self, _file: usize) {}
 }
 
 /// Nobody looks on.
@@ -92,12 +85,12 @@ impl Tally for NoTally {}
 pub(super) struct Ingest {
     reader: Box<dyn VisReader>,
     rule: StokesIRule,
-    field: FieldChoice,
-    weights: WeightRule,
+    /// The file that each frequency set-up is of.
+    file_of_setup: Vec<u32>,
+    /// What is done with the weights of each file.
+    weights: Vec<WeightRule>,
     /// Terms of the instrument.
     instrument: Option<Arc<Instrument>>,
-    /// Samples whose integration time is not known, where it is asked for.
-    pub(super) n_without_interval: u64,
     chunk: VisChunk,
     /// Weight of each correlation, where the file's is not to be used.
     sefd_weight_p: Vec<f32>,
@@ -106,16 +99,14 @@ pub(super) struct Ingest {
     /// Next row of the chunk.
     row: usize,
     at_end: bool,
-    /// Rows taken from the file since the start.
-    pub(super) n_row: u64,
 }
 
 impl Ingest {
     pub(super) fn new(
         reader: Box<dyn VisReader>,
         rule: StokesIRule,
-        field: FieldChoice,
-        weights: WeightRule,
+        file_of_setup: Vec<u32>,
+        weights: Vec<WeightRule>,
     ) -> Self {
         let observation = reader.observation();
         let n_chan = observation
@@ -133,14 +124,12 @@ impl Ingest {
             block_len: BLOCK_LEN + n_chan,
             reader,
             rule,
-            field,
+            file_of_setup,
             weights,
             instrument: None,
-            n_without_interval: 0,
             chunk,
             row: 0,
             at_end: false,
-            n_row: 0,
         }
     }
 
@@ -148,7 +137,12 @@ impl Ingest {
         self.reader.observation()
     }
 
-    pub(super) fn set_weights(&mut self, weights: WeightRule) {
+    /// Rows of the files that are done, wanted or not.
+    pub(super) fn n_row(&self) -> u64 {
+        self.reader.n_row_read()
+    }
+
+    pub(super) fn set_weights(&mut self, weights: Vec<WeightRule>) {
         self.weights = weights;
     }
 
@@ -159,7 +153,7 @@ impl Ingest {
     pub(super) fn rewind(&mut self) -> Result<(), DatasetError> {
         self.reader.rewind()?;
         self.chunk.clear(0, 0);
-        (self.row, self.at_end, self.n_row) = (0, false, 0);
+        (self.row, self.at_end) = (0, false);
         Ok(())
     }
 
@@ -175,7 +169,6 @@ impl Ingest {
             if self.row == self.chunk.n_row {
                 self.row = 0;
                 let n = self.reader.read_chunk(&mut self.chunk)?;
-                self.n_row += n as u64;
                 self.at_end = n == 0;
                 tally.chunk(&self.chunk);
             } else {
@@ -189,18 +182,19 @@ impl Ingest {
     fn take_row(&mut self, block: &mut VisBlock, tally: &mut impl Tally) {
         let (chunk, r) = (&self.chunk, self.row);
         let baseline = (chunk.ant1_r[r], chunk.ant2_r[r]);
-        let is_other = matches!(self.field, FieldChoice::One(field) if field != chunk.field_r[r]);
-        if baseline.0 == baseline.1 || is_other {
+        if baseline.0 == baseline.1 {
             return;
         }
-        tally.row();
+        let file = self.file_of_setup[chunk.freq_setup_r[r] as usize] as usize;
+        let weights = self.weights[file];
+        tally.row(file);
         let observation = self.reader.observation();
         let setup = &observation.freq_setups[chunk.freq_setup_r[r] as usize];
         let (uvw_m, interval_s) = (chunk.uvw_m_r[r], chunk.interval_s_r[r]);
         for chan in 0..chunk.n_chan {
             let first = (r * chunk.n_chan + chan) * chunk.n_corr;
             let range = first..first + chunk.n_corr;
-            let weight_p = match self.weights {
+            let weight_p = match weights {
                 WeightRule::Scaled(_) => &chunk.weight_rfp[range.clone()],
                 WeightRule::Sefd(sefd_jy) => {
                     let bandwidth_hz = setup.chan_width_hz_f[chan];
@@ -211,31 +205,30 @@ impl Ingest {
             };
             let (vis_jy_p, flag_p) = (&chunk.vis_jy_rfp[range.clone()], &chunk.flag_rfp[range]);
             let Some((vis_jy, weight)) = self.rule.apply(vis_jy_p, weight_p, flag_p) else {
-                tally.flagged();
+                tally.flagged(file);
                 continue;
             };
             let half_difference = self.rule.half_difference(vis_jy_p, weight_p, flag_p);
             let freq_hz = setup.freq_hz_f[chan];
             let uvw = uvw_m.map(|metres| metres * freq_hz / SPEED_OF_LIGHT);
+            let extent = Extent {
+                freq_hz,
+                width_hz: setup.chan_width_hz_f[chan].abs(),
+                interval_s,
+            };
             tally.sample(&Sample {
+                file,
                 baseline,
                 chan,
                 time_mjd: chunk.time_mjd_r[r],
-                freq_hz,
+                extent,
                 uvw,
                 vis_jy,
                 weight,
                 half_difference_jy: half_difference.map(|(difference_jy, _)| difference_jy),
             });
-            self.weights.push(block, uvw, vis_jy, weight);
-            if self.instrument.is_some() {
-                self.n_without_interval += u64::from(!interval_s.is_finite());
-                block.extents.push(Extent {
-                    freq_hz,
-                    width_hz: setup.chan_width_hz_f[chan].abs(),
-                    interval_s,
-                });
-            }
+            weights.push(block, uvw, vis_jy, weight);
+            block.extents.push(extent);
         }
     }
 }

@@ -219,10 +219,15 @@ mod tests {
                 // A unit exponential by quantiles: |h|² = 2 σ² t with σ = 1 Jy.
                 let t = -((f64::from(i) + 0.5) / 1e4).ln();
                 tally.sample(&Sample {
+                    file: 0,
                     baseline: (0, 1),
                     chan: 0,
                     time_mjd: 0.0,
-                    freq_hz: 1e9,
+                    extent: crate::rime::Extent {
+                        freq_hz: 1e9,
+                        width_hz: 1e6,
+                        interval_s: 10.0,
+                    },
                     uvw: [0.0; 3],
                     vis_jy: Complex::default(),
                     weight,

@@ -7,7 +7,7 @@ use serde::Serialize;
 use vis2cat_formats::{Observation, ReadOptions, VisChunk, stokes_i};
 
 use super::DatasetError;
-use super::ingest::{FieldChoice, Ingest, Sample, Tally, WeightRule};
+use super::ingest::{Ingest, Sample, Tally, WeightRule};
 use super::noise::{NoiseReport, NoiseTally};
 use crate::config::NoiseSource;
 
@@ -57,16 +57,17 @@ impl Overview {
         let mut counts = Counts::default();
         let observation;
         if let Ok(rule) = stokes_i(&reader.observation().corrs) {
-            let mut ingest = Ingest::new(reader, rule, FieldChoice::All, WeightRule::Scaled(1.0));
+            let files = vec![0; reader.observation().freq_setups.len()];
+            let mut ingest = Ingest::new(reader, rule, files, vec![WeightRule::Scaled(1.0)]);
             while ingest.next_block(&mut counts)?.is_some() {
-                progress(ingest.n_row, n_row);
+                progress(ingest.n_row(), n_row);
             }
             observation = ingest.observation().clone();
         } else {
             let mut chunk = VisChunk::new(4096);
             while reader.read_chunk(&mut chunk)? > 0 {
                 counts.chunk(&chunk);
-                progress(counts.overview.n_row, n_row);
+                progress(reader.n_row_read(), n_row);
             }
             observation = reader.observation().clone();
         }

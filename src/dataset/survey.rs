@@ -4,16 +4,19 @@
 //! that are looked for are seen by the shorter baselines, so the facets leave out the others.
 
 use std::f64::consts::FRAC_1_SQRT_2;
-use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::answers::Question;
+use super::snr_map::{Extremes, SnrMap};
 use super::uv_profile::Binned;
 use super::{Dataset, DatasetError};
 use crate::coords::Lm;
 use crate::likelihood::VisBlock;
-use crate::likelihood::facet::{Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetWeights, Reach};
+use crate::likelihood::facet::{
+    Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetWeights, Gains, Reach,
+};
 use crate::prior::{Region, SourcePrior};
 use crate::rime::Source;
 use crate::rime::shape::Ellipticity;
@@ -30,6 +33,9 @@ const SCALE_STEP: f64 = 2.0;
 const SCALE_TAIL: f64 = 0.02;
 /// Second-order w term at the corners of a facet: 0.3 radian.
 const W_TERM_MAX: f64 = 0.05;
+/// Most that smearing may change at the longest baseline from the centre of a facet to a corner. The ratio
+/// of a source falls by half the mean square of the change over all baselines.
+const GAIN_CHANGE_MAX: f64 = 0.35;
 /// Most cells of a level: the larger a facet the better, until its grid falls out of the cache.
 const CELLS_MAX: usize = 250_000;
 /// Sources drawn from the prior to see how much of them is seen, and the part that may be seen less.
@@ -48,97 +54,10 @@ pub struct Survey {
     seen: f64,
 }
 
-/// The signal-to-noise ratios over a facet.
-pub struct SnrMap {
-    /// Where.
-    pub region: Region,
-    /// Highest and lowest X/sqrt(Y) of all shapes, axes (m, l), at the middles of equal parts.
-    high_low: Vec<[f32; 2]>,
-    n_side: usize,
-}
-
-/// What is seen of a region.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extremes {
-    /// Highest X/sqrt(Y).
-    pub high: f64,
-    /// Lowest: as far below zero as noise and sidelobes go above it.
-    pub low: f64,
-    /// Holds every position that reaches the limit.
-    pub above: Option<Region>,
-}
-
-impl Extremes {
-    /// Before anything was seen.
-    pub const NOTHING: Self = Self {
-        high: f64::NEG_INFINITY,
-        low: f64::INFINITY,
-        above: None,
-    };
-
-    /// What is seen of two regions.
-    #[must_use]
-    pub fn and(self, other: Self) -> Self {
-        let both = self.above.zip(other.above).map(|(a, b)| a.united(&b));
-        Self {
-            high: self.high.max(other.high),
-            low: self.low.min(other.low),
-            above: both.or(self.above).or(other.above),
-        }
-    }
-}
-
-impl SnrMap {
-    /// Highest and lowest value in `region` and half a step about it, and the rectangle about all
-    /// positions there that reach `limit` and the part `part` of the highest, half a step about them
-    /// included.
-    pub fn extremes(&self, region: &Region, limit: f64, part: f64) -> Extremes {
-        let (own, wanted) = (&self.region, region);
-        let columns = self.range([own.low.l, own.high.l], [wanted.low.l, wanted.high.l]);
-        let rows = self.range([own.low.m, own.high.m], [wanted.low.m, wanted.high.m]);
-        let places = || {
-            rows.clone()
-                .flat_map(|row| columns.clone().map(move |column| (row, column)))
-        };
-        let value = |(row, column): (usize, usize)| {
-            self.high_low[row * self.n_side + column].map(f64::from)
-        };
-        let high_low = places().map(value);
-        let [high, low] = high_low
-            .fold([f64::NEG_INFINITY, f64::INFINITY], |[high, low], value| {
-                [high.max(value[0]), low.min(value[1])]
-            });
-        let edge = |i: usize| i as f64 / self.n_side as f64;
-        let cell = |(row, column): (usize, usize)| Region {
-            low: own.from_unit(edge(column), edge(row)),
-            high: own.from_unit(edge(column + 1), edge(row + 1)),
-        };
-        let bright = places().filter(|&place| value(place)[0] >= limit.max(part * high));
-        Extremes {
-            high,
-            low,
-            above: bright.map(cell).reduce(|a, b| a.united(&b)),
-        }
-    }
-
-    /// The positions along an axis from `own[0]` to `own[1]` that are within half a step of `wanted`.
-    fn range(&self, own: [f64; 2], wanted: [f64; 2]) -> Range<usize> {
-        let place = |x: f64| (x - own[0]) / (own[1] - own[0]) * self.n_side as f64;
-        let first = (place(wanted[0]) - 1.0).ceil().max(0.0) as usize;
-        let end = (place(wanted[1]).floor() + 1.0).max(0.0) as usize;
-        first.min(self.n_side)..end.min(self.n_side)
-    }
-}
-
 impl Survey {
     /// Part of its signal-to-noise ratio that a source shows at least, for all but 1% of the prior.
     pub fn seen(&self) -> f64 {
         self.seen
-    }
-
-    /// The parts of the field that are looked at on their own.
-    pub fn facets(&self) -> &[Region] {
-        &self.facets
     }
 }
 
@@ -158,6 +77,7 @@ impl Dataset {
         let reach = Reach {
             uv: uv.min(self.info.max_uv),
             w,
+            blur: self.blur(),
         };
         let (plan, n_facet) = self.survey_plan(field, reach, &scales_rad)?;
         let side_rad = plan.side_rad();
@@ -208,7 +128,10 @@ impl Dataset {
                 longest_axis_rad: scales_rad.last().copied().unwrap_or_default(),
                 profile: self.profile,
                 w_term_max: W_TERM_MAX,
-                has_gains: self.instrument.is_some(),
+                gains: match self.instrument {
+                    Some(_) => Gains::Centre(GAIN_CHANGE_MAX),
+                    None => Gains::None,
+                },
             });
             match plan {
                 Ok(plan) if plan.level_cells() <= CELLS_MAX => return Ok((plan, n_facet)),
@@ -251,20 +174,64 @@ impl Dataset {
         prior.evenly(N_DRAW).map(below).sum::<f64>() / N_DRAW as f64
     }
 
-    /// Looks at the facets number `which` of `survey`, less the removed sources, and hands each map
-    /// to `visit`, in order; in as many passes over the data as the memory budget demands.
+    /// What is seen of each of `regions` with the removed sources out of the data, and where it reaches
+    /// `limit` and the part `part` of the highest; in as many passes over the data as the memory budget
+    /// demands. `progress` is told the facets looked at and in all.
     ///
     /// # Errors
     /// The file can no longer be read.
     pub fn survey(
         &mut self,
         survey: &mut Survey,
-        which: &[usize],
+        regions: &[Region],
+        [limit, part]: [f64; 2],
+        progress: &mut dyn FnMut(u64, u64),
+    ) -> Result<Vec<Extremes>, DatasetError> {
+        let ask = |question: &mut Question| {
+            question.numbers([limit, part]);
+            for region in regions {
+                let Region { low, high } = region;
+                question.numbers([low.l, low.m, high.l, high.m]);
+            }
+        };
+        let numbers = self.answer("survey", ask, |dataset| {
+            let mut seen = vec![Extremes::NOTHING; regions.len()];
+            let holds = |facet: &Region| regions.iter().any(|region| facet.overlaps(region));
+            let facets = survey
+                .facets
+                .iter()
+                .copied()
+                .filter(holds)
+                .collect::<Vec<_>>();
+            let mut n_done = 0;
+            progress(0, facets.len() as u64);
+            dataset.maps(survey, &facets, |map| {
+                for (seen, region) in seen.iter_mut().zip(regions) {
+                    if region.overlaps(&map.region) {
+                        *seen = seen.and(map.extremes(region, limit, part));
+                    }
+                }
+                n_done += 1;
+                progress(n_done, facets.len() as u64);
+            })?;
+            Ok(seen.into_iter().flat_map(Extremes::to_numbers).collect())
+        })?;
+        let (each, _) = numbers.as_chunks();
+        Ok(each
+            .iter()
+            .map(|numbers| Extremes::from_numbers(*numbers))
+            .collect())
+    }
+
+    /// Hands the map of each of `facets`, which are some of `survey`, to `visit`, in order.
+    fn maps(
+        &mut self,
+        survey: &mut Survey,
+        facets: &[Region],
         mut visit: impl FnMut(SnrMap),
     ) -> Result<(), DatasetError> {
         let bytes = survey.plan.build_bytes() + survey.plan.facet_bytes();
-        for which in which.chunks(self.at_a_time(bytes)) {
-            let regions: Vec<Region> = which.iter().map(|&i| survey.facets[i]).collect();
+        for regions in facets.chunks(self.at_a_time(bytes)) {
             let centres: Vec<Lm> = regions.iter().map(|r| r.from_unit(0.5, 0.5)).collect();
             let plan = survey.plan.clone();
             let mut builder = match survey.weights.clone() {
@@ -281,7 +248,7 @@ impl Dataset {
             let maps: Vec<SnrMap> = facets
                 .into_par_iter()
                 .zip(regions)
-                .map(|(facet, region)| snr_map(&facet, region, survey))
+                .map(|(facet, region)| snr_map(&facet, *region, survey))
                 .collect();
             maps.into_iter().for_each(&mut visit);
         }
@@ -324,45 +291,4 @@ fn below(block: &VisBlock, reach: f64) -> VisBlock {
     };
     let which: Vec<u32> = (0..block.len() as u32).filter(is_short).collect();
     block.select(&which)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_region_however_small_holds_a_position() {
-        let field = Region::square(Lm::default(), 10.0);
-        let map = SnrMap {
-            region: field,
-            high_low: (0..100).map(|i| [i as f32, -(i as f32)]).collect(),
-            n_side: 10,
-        };
-        let seen = |region: &Region| map.extremes(region, 33.0, 0.0);
-        assert_eq!((seen(&field).high, seen(&field).low), (99.0, -99.0));
-        for i in 0..100 {
-            let at = field.from_unit(f64::from(i) / 100.0, 0.33);
-            let here = seen(&Region::square(at, 1e-3));
-            assert!(
-                (30.0..50.0).contains(&here.high) && here.low <= -30.0,
-                "{i}"
-            );
-            assert_eq!(here.above.is_some(), here.high >= 33.0);
-            if i > 40 {
-                assert!(here.above.unwrap().grown(1e-9).contains(at));
-            }
-        }
-        // The middle of the first row's last part is at (4.5, -4.5).
-        let corner = seen(&Region::square(Lm { l: 4.6, m: -4.6 }, 0.1));
-        assert_eq!((corner.high, corner.low, corner.above), (9.0, -9.0, None));
-        let beside = seen(&Region::square(Lm { l: 7.0, m: 0.0 }, 0.1));
-        assert_eq!(beside, Extremes::NOTHING);
-        assert_eq!(beside.and(corner), corner);
-        // From row 3, column 3 on.
-        let above = seen(&field).above.unwrap();
-        assert!((above.low.m + 2.0).abs() < 1e-9 && (above.low.l + 5.0).abs() < 1e-9);
-        assert_eq!(above.high, field.high);
-        let half = map.extremes(&field, 33.0, 0.5).above.unwrap();
-        assert!(half.low.m.abs() < 1e-9);
-    }
 }

@@ -42,10 +42,14 @@ impl UvProfile {
         self.max_w[bin] = self.max_w[bin].max(w.abs());
     }
 
-    /// The same with all weights multiplied by `scale`.
-    pub(super) fn scaled(mut self, scale: f64) -> Self {
-        self.weight.iter_mut().for_each(|weight| *weight *= scale);
-        self
+    /// Adds another with all its weights multiplied by `scale`.
+    pub(super) fn add_scaled(&mut self, other: &Self, scale: f64) {
+        for (weight, more) in self.weight.iter_mut().zip(&other.weight) {
+            *weight += scale * more;
+        }
+        for (max_w, other) in self.max_w.iter_mut().zip(&other.max_w) {
+            *max_w = max_w.max(*other);
+        }
     }
 
     /// Y of a shape [Jy⁻²].
@@ -123,7 +127,8 @@ mod tests {
         let all = 1e9;
         let whole = profile.y(&shape(1e-12, 0.0));
         assert!((whole / 1999.0 - 1.0).abs() < 1e-6 && profile.y(&large) < 0.1 * whole);
-        let twice = profile.clone().scaled(2.0);
+        let mut twice = UvProfile::default();
+        twice.add_scaled(&profile, 2.0);
         assert_eq!(twice.y(&small), 2.0 * profile.y(&small));
         assert!((profile.seen(&small, &small, all) - 1.0).abs() < 1e-12);
         assert!(profile.seen(&large, &small, all) < 0.8);

@@ -1,14 +1,16 @@
 //! Regions of sky that are evaluated many times: each by all samples, or by a facet.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
+use super::answers::Question;
 use super::{Dataset, DatasetError, Request};
 use crate::config::Engine;
 use crate::likelihood::Xy;
 use crate::likelihood::facet::{
-    Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetWeights, Reach, W_TERM_MAX,
+    Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetWeights, GAIN_TERM_MAX, Gains, Reach,
+    W_TERM_MAX,
 };
 use crate::prior::Region;
 use crate::rime::Source;
@@ -40,11 +42,26 @@ pub struct ViewRequest {
     pub is_exact: bool,
 }
 
-/// A region made ready.
+/// A region that is looked at: made ready when it is evaluated for the first time.
 pub struct View {
-    restored: Vec<Source>,
-    /// None: the points are evaluated by all samples.
-    facet: Option<Facet>,
+    request: ViewRequest,
+    /// None inside: the points are evaluated by all samples.
+    facet: OnceLock<Option<Facet>>,
+}
+
+impl View {
+    /// The region, with the data as they are from now on until it is evaluated for the last time.
+    pub fn new(request: ViewRequest) -> Self {
+        Self {
+            request,
+            facet: OnceLock::new(),
+        }
+    }
+
+    /// The facet of a view that is ready, if it has one.
+    fn facet(&self) -> Option<&Facet> {
+        self.facet.get()?.as_ref()
+    }
 }
 
 /// A size of facets, with what facets over the same samples share.
@@ -55,37 +72,10 @@ pub(super) struct FacetSize {
 }
 
 impl Dataset {
-    /// True if every call of [`Dataset::views`] reads all data.
+    /// True if views that are evaluated for the first time take passes over all data, the same for few
+    /// as for many.
     pub fn views_take_a_pass(&self) -> bool {
         self.engine.engine != Engine::Exact
-    }
-
-    /// Makes regions ready, in as many passes over the data as the memory budget demands.
-    ///
-    /// # Errors
-    /// The file can no longer be read.
-    pub fn views(&mut self, requests: &[ViewRequest]) -> Result<Vec<View>, DatasetError> {
-        let sizes: Vec<Option<usize>> = requests.iter().map(|r| self.size_for(r)).collect();
-        let mut views: Vec<View> = requests
-            .iter()
-            .map(|r| View {
-                restored: r.restored.clone(),
-                facet: None,
-            })
-            .collect();
-        for size in 0..self.sizes.len() {
-            let which: Vec<usize> = (0..requests.len())
-                .filter(|&i| sizes[i] == Some(size))
-                .collect();
-            let at_a_time = self.at_a_time(self.sizes[size].plan.build_bytes());
-            for which in which.chunks(at_a_time) {
-                let facets = self.facets(size, which, requests)?;
-                for (&i, facet) in which.iter().zip(facets) {
-                    views[i].facet = Some(facet);
-                }
-            }
-        }
-        Ok(views)
     }
 
     /// X and Y of the points of each view; the removed sources must be those of the time when the
@@ -97,11 +87,24 @@ impl Dataset {
         &mut self,
         jobs: &[(&View, &[Source])],
     ) -> Result<Vec<Vec<Xy>>, DatasetError> {
-        let mut sums = self.evaluate_without_facets(jobs)?;
+        let n_point: Vec<usize> = jobs.iter().map(|(_, points)| points.len()).collect();
+        self.n_eval += n_point.iter().sum::<usize>() as u64;
+        let ask = |question: &mut Question| ask_views(question, jobs);
+        self.answer_xy("views", &n_point, ask, |data| data.sum_views(jobs))
+    }
+
+    /// The sums themselves.
+    pub(super) fn sum_views(
+        &mut self,
+        jobs: &[(&View, &[Source])],
+    ) -> Result<Vec<Vec<Xy>>, DatasetError> {
+        let evaluated = jobs.iter().filter(|(_, points)| !points.is_empty());
+        self.make_ready(&evaluated.map(|(view, _)| *view).collect::<Vec<_>>())?;
+        let mut sums = self.sum_without_facets(jobs)?;
         let tasks: Vec<(&Facet, &[Source], &mut [Xy])> = jobs
             .iter()
             .zip(&mut sums)
-            .filter_map(|((view, points), sums)| Some((view.facet.as_ref()?, *points, sums)))
+            .filter_map(|((view, points), sums)| Some((view.facet()?, *points, sums)))
             .flat_map(|(facet, points, sums)| {
                 let points = points.chunks(POINTS_PER_TASK);
                 let sums = sums.chunks_mut(POINTS_PER_TASK);
@@ -110,34 +113,55 @@ impl Dataset {
                     .map(move |(points, sums)| (facet, points, sums))
             })
             .collect();
-        self.n_eval += tasks
-            .iter()
-            .map(|(_, points, _)| points.len() as u64)
-            .sum::<u64>();
         tasks
             .into_par_iter()
             .for_each(|(facet, points, sums)| sums.copy_from_slice(&facet.xy_batch(points)));
         Ok(sums)
     }
 
+    /// Fills the facets of those of `views` that are evaluated for the first time, in as many passes
+    /// over the data as the memory budget demands.
+    fn make_ready(&mut self, views: &[&View]) -> Result<(), DatasetError> {
+        let is_new = |view: &&&View| view.facet.get().is_none();
+        let views: Vec<&View> = views.iter().filter(is_new).copied().collect();
+        let sizes: Vec<Option<usize>> = views.iter().map(|v| self.size_for(&v.request)).collect();
+        for size in 0..self.sizes.len() {
+            let of_size = views.iter().zip(&sizes).filter(|(_, s)| **s == Some(size));
+            let of_size: Vec<&View> = of_size.map(|(view, _)| *view).collect();
+            let at_a_time = self.at_a_time(self.sizes[size].plan.build_bytes());
+            for views in of_size.chunks(at_a_time) {
+                let facets = self.facets(size, views)?;
+                for (view, facet) in views.iter().zip(facets) {
+                    view.facet.get_or_init(|| Some(facet));
+                }
+            }
+        }
+        for view in views {
+            view.facet.get_or_init(|| None);
+        }
+        Ok(())
+    }
+
     /// One pass for all views without a facet; those that see the same data share a request. The
     /// sums of the others are zero.
-    fn evaluate_without_facets(
+    fn sum_without_facets(
         &mut self,
         jobs: &[(&View, &[Source])],
     ) -> Result<Vec<Vec<Xy>>, DatasetError> {
         let mut requests: Vec<Request> = Vec::new();
         let mut place = Vec::with_capacity(jobs.len());
         for (view, points) in jobs {
-            if view.facet.is_some() {
+            if view.facet().is_some() {
                 place.push(None);
                 continue;
             }
-            let same = requests.iter().position(|r| r.restored == view.restored);
+            let same = requests
+                .iter()
+                .position(|r| r.restored == view.request.restored);
             let r = same.unwrap_or_else(|| {
                 requests.push(Request {
                     points: Vec::new(),
-                    restored: view.restored.clone(),
+                    restored: view.request.restored.clone(),
                 });
                 requests.len() - 1
             });
@@ -147,7 +171,7 @@ impl Dataset {
         let xy = if requests.is_empty() {
             Vec::new()
         } else {
-            self.evaluate(&requests)?
+            self.sum(&requests)?
         };
         let jobs = jobs.iter().zip(place);
         Ok(jobs
@@ -191,11 +215,28 @@ impl Dataset {
             reach: Reach {
                 uv: self.info.max_uv,
                 w: self.info.max_w,
+                blur: self.blur(),
             },
             longest_axis_rad: self.engine.longest_axis_rad,
             profile: self.profile,
             w_term_max: W_TERM_MAX,
-            has_gains: self.instrument.is_some(),
+            gains: match self.instrument {
+                Some(_) => Gains::Followed(GAIN_TERM_MAX),
+                None => Gains::None,
+            },
+        }
+    }
+
+    /// Reach of smearing: that of the samples, in single precision.
+    pub(super) fn blur(&self) -> f64 {
+        let is_smeared = self
+            .instrument
+            .as_ref()
+            .is_some_and(|i| i.smearing.is_some());
+        if is_smeared {
+            self.info.max_blur * (1.0 + 1e-6)
+        } else {
+            0.0
         }
     }
 
@@ -211,21 +252,11 @@ impl Dataset {
         (is_forced || is_worth_it).then_some(plan)
     }
 
-    /// Facets of one size for the requests `which`, in one pass.
-    fn facets(
-        &mut self,
-        size: usize,
-        which: &[usize],
-        requests: &[ViewRequest],
-    ) -> Result<Vec<Facet>, DatasetError> {
-        let centres: Vec<_> = which
-            .iter()
-            .map(|&i| requests[i].region.from_unit(0.5, 0.5))
-            .collect();
-        let restored = which
-            .iter()
-            .map(|&i| requests[i].restored.clone())
-            .collect();
+    /// Facets of one size for `views`, in one pass.
+    fn facets(&mut self, size: usize, views: &[&View]) -> Result<Vec<Facet>, DatasetError> {
+        let requests = || views.iter().map(|view| &view.request);
+        let centres: Vec<_> = requests().map(|r| r.region.from_unit(0.5, 0.5)).collect();
+        let restored = requests().map(|r| r.restored.clone()).collect();
         let FacetSize { plan, weights, .. } = &self.sizes[size];
         let builder = match weights {
             Some(weights) => FacetBuilder::with_weights(plan.clone(), &centres, weights.clone()),
@@ -236,5 +267,16 @@ impl Dataset {
         let facets = builder.finish();
         self.sizes[size].weights = facets.first().and_then(Facet::weights);
         Ok(facets)
+    }
+}
+
+/// What is asked of views.
+pub(super) fn ask_views(question: &mut Question, jobs: &[(&View, &[Source])]) {
+    for (view, points) in jobs {
+        let Region { low, high } = view.request.region;
+        question.numbers([low.l, low.m, high.l, high.m]);
+        question.numbers([f64::from(u8::from(view.request.is_exact))]);
+        question.sources(&view.request.restored);
+        question.sources(points);
     }
 }

@@ -85,7 +85,7 @@ pub(super) fn explore(
         if active.is_empty() || !dataset.views_take_a_pass() {
             let room = IN_FLIGHT - active.len();
             let next: Vec<_> = queue.by_ref().take(room).collect();
-            active.extend(start(dataset, factory, next)?);
+            active.extend(start(factory, next)?);
         }
         if active.is_empty() {
             return Ok(());
@@ -115,18 +115,15 @@ pub(super) fn explore(
 
 /// Makes the views and the samplers of targets.
 fn start(
-    dataset: &mut Dataset,
     factory: &SamplerFactory<'_>,
     targets: Vec<(usize, Target)>,
 ) -> Result<Vec<Active>, DetectError> {
-    let request = |(_, target): &(usize, Target)| ViewRequest {
-        region: target.region,
-        restored: target.restored.clone(),
-        is_exact: target.is_exact,
-    };
-    let requests: Vec<_> = targets.iter().map(request).collect();
-    let views = dataset.views(&requests)?;
-    let active = |((index, target), view): ((usize, Target), View)| {
+    let active = |(index, target): (usize, Target)| {
+        let view = View::new(ViewRequest {
+            region: target.region,
+            restored: target.restored.clone(),
+            is_exact: target.is_exact,
+        });
         let sampler = factory(target.sampler).map_err(|e| in_region(&target.region, e))?;
         Ok(Active {
             index,
@@ -136,7 +133,7 @@ fn start(
             is_unfinished: false,
         })
     };
-    targets.into_iter().zip(views).map(active).collect()
+    targets.into_iter().map(active).collect()
 }
 
 /// The points that each region wants evaluated; none = finished.

@@ -230,8 +230,8 @@ impl Refinement<'_> {
                 };
                 regions.iter().map(request).collect::<Vec<_>>()
             };
-            let requests: Vec<_> = groups.iter().zip(&regions).map(request).collect();
-            let views = dataset.joint_views(&requests)?;
+            let requests = groups.iter().zip(&regions).map(request);
+            let views: Vec<JointView> = requests.map(JointView::new).collect();
             let start = |(group, (regions, view)): (&Vec<usize>, _)| {
                 self.start(sources, group, regions, view)
             };

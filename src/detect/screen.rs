@@ -7,6 +7,7 @@
 
 use super::{DetectError, Observer, Tile};
 use crate::dataset::{Dataset, Extremes, Survey};
+use crate::prior::Region;
 
 /// What is seen of each of `tiles`, and where it reaches `limit` and the part `part` of the highest.
 pub(super) fn screen(
@@ -17,22 +18,12 @@ pub(super) fn screen(
     part: f64,
     observer: &mut dyn Observer,
 ) -> Result<Vec<Extremes>, DetectError> {
-    let holds = |i: &usize| {
-        let facet = survey.facets()[*i];
-        tiles.iter().any(|tile| facet.overlaps(&tile.core))
-    };
-    let which: Vec<usize> = (0..survey.facets().len()).filter(holds).collect();
-    observer.stage("screening", which.len() as u64);
-    let mut seen = vec![Extremes::NOTHING; tiles.len()];
-    let mut n_done = 0;
-    dataset.survey(survey, &which, |map| {
-        for (seen, tile) in seen.iter_mut().zip(tiles) {
-            if tile.core.overlaps(&map.region) {
-                *seen = seen.and(map.extremes(&tile.core, limit, part));
-            }
+    let cores: Vec<Region> = tiles.iter().map(|tile| tile.core).collect();
+    let mut progress = |n_done, n_facet| {
+        if n_done == 0 {
+            observer.stage("screening", n_facet);
         }
-        n_done += 1;
         observer.advance(n_done, 0);
-    })?;
-    Ok(seen)
+    };
+    Ok(dataset.survey(survey, &cores, [limit, part], &mut progress)?)
 }

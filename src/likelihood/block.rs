@@ -69,6 +69,19 @@ impl VisBlock {
         }
     }
 
+    /// The largest change of what a smearing loss is the sinc of with direction cosines [turn]; 0 without
+    /// smearing.
+    pub(super) fn blur(&self) -> f64 {
+        let length = |k: usize| (self.u[k].powi(2) + self.v[k].powi(2) + self.w[k].powi(2)).sqrt();
+        let extent = |k: usize| self.extents.blur(k);
+        let n = if self.extents.are_smeared() {
+            self.len()
+        } else {
+            0
+        };
+        (0..n).fold(0.0, |most, k| f64::max(most, length(k) * extent(k)))
+    }
+
     /// The factors of the instrument for a source at `lm`; none without.
     pub(super) fn gains(&self, lm: Lm) -> Option<Vec<f32>> {
         let gain = self.extents.gain(lm)?;

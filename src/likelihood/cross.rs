@@ -96,7 +96,7 @@ pub fn plain_cross(block: &VisBlock, pair: &[Source; 2], profile: Profile) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::likelihood::samples::{PROFILES, noise, seen, sources};
+    use crate::likelihood::samples::{MEERKAT, PROFILES, noise, seen, sources};
     use crate::likelihood::{plain_xy, subtract};
     use crate::units::ARCSEC;
 
@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn factors_of_the_instrument_are_those_of_both() {
         let pairs = close_pairs(30);
-        let block = seen(noise(3_000, 4));
+        let block = seen(noise(3_000, 4), MEERKAT);
         for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
             let worst = worst(isa, &block, &pairs, Profile::Exponential);
             assert!(worst < 5e-6, "{isa:?}: {worst:e}");

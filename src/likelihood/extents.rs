@@ -3,7 +3,7 @@
 
 use super::kernel::numbers::{SQRT2_SIN_PI, horner};
 use crate::coords::Lm;
-use crate::rime::{Extent, Instrument, Smearing};
+use crate::rime::{EARTH_RAD_PER_S, Extent, Instrument, Smearing};
 use std::f64::consts::{PI, SQRT_2};
 use std::ops::Range;
 use std::sync::Arc;
@@ -42,8 +42,13 @@ impl Extents {
     pub fn push(&mut self, extent: Extent) {
         if let Some(instrument) = &self.instrument {
             self.place.push(instrument.place(extent.freq_hz) as f32);
-            self.width.push((extent.width_hz / extent.freq_hz) as f32);
-            self.interval_s.push(extent.interval_s as f32);
+            // Without smearing they may not even be known.
+            let (width, interval_s) = match instrument.smearing {
+                Some(_) => (extent.width_hz / extent.freq_hz, extent.interval_s),
+                None => (0.0, 0.0),
+            };
+            self.width.push(width as f32);
+            self.interval_s.push(interval_s as f32);
         }
     }
 
@@ -84,9 +89,24 @@ impl Extents {
         self.instrument.as_ref().map(|i| Gain::new(i, lm))
     }
 
-    /// The same of two.
-    pub(super) fn gains_of(&self, [a, b]: [Lm; 2]) -> Option<[Gain; 2]> {
-        self.gain(a).zip(self.gain(b)).map(|(a, b)| [a, b])
+    /// True where there is smearing.
+    pub(super) fn are_smeared(&self) -> bool {
+        let instrument = self.instrument.as_ref();
+        instrument.is_some_and(|i| i.smearing.is_some())
+    }
+
+    /// [`Extent::blur`] of sample `k`.
+    pub(super) fn blur(&self, k: usize) -> f64 {
+        f64::from(self.width[k]) + EARTH_RAD_PER_S * f64::from(self.interval_s[k])
+    }
+
+    /// Frequency in the middle of sample `k` [Hz].
+    #[cfg(test)]
+    pub(super) fn freq_hz(&self, k: usize) -> f64 {
+        let place = f64::from(self.place[k]);
+        self.instrument
+            .as_ref()
+            .map_or(f64::NAN, |i| i.freq_hz(place))
     }
 
     /// The factor of a source at `lm` for sample `k` on the baseline `uvw` [wavelength], in f64 as the

@@ -13,7 +13,8 @@ use std::sync::Arc;
 
 pub(super) const PROFILES: [Profile; 3] = [Profile::Exponential, Profile::Gaussian, Profile::Point];
 
-/// Longest baseline [wavelength].
+/// Longest baseline [wavelength], and the scale that makes it one of MeerKAT.
+pub(super) const MEERKAT: f64 = 35e3 / REACH;
 const REACH: f64 = 7.5e5;
 
 /// `len` samples of noise of 1.85 mJy, |uv| from 100 to 750 000 wavelengths, log-uniform, w up to
@@ -76,8 +77,9 @@ pub(super) fn instrument(beam: &str) -> Instrument {
     Instrument::new(&terms, [0.856e9, 1.712e9], pole).unwrap()
 }
 
-/// The samples of `block` as MeerKAT might have seen them: 64 channels over an octave, 4 to 12 s.
-pub(super) fn seen(mut block: VisBlock) -> VisBlock {
+/// The samples of `block` as MeerKAT might have seen them: 64 channels over an octave, 4 to 12 s,
+/// baselines times `scale`.
+pub(super) fn seen(mut block: VisBlock, scale: f64) -> VisBlock {
     block.extents = Extents::of(Some(Arc::new(instrument("meerkat"))));
     for k in 0..block.len() {
         block.extents.push(Extent {
@@ -85,13 +87,8 @@ pub(super) fn seen(mut block: VisBlock) -> VisBlock {
             width_hz: 13.4e6,
             interval_s: 4.0 + (k % 5) as f64 * 2.0,
         });
-        // Baselines of MeerKAT: up to 35 000 wavelengths.
-        for (of, to) in [
-            (&mut block.u, 35e3),
-            (&mut block.v, 35e3),
-            (&mut block.w, 2e4),
-        ] {
-            of[k] *= to / REACH;
+        for of in [&mut block.u, &mut block.v, &mut block.w] {
+            of[k] *= scale;
         }
     }
     block

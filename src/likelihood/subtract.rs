@@ -16,7 +16,7 @@ pub fn subtract(block: &mut VisBlock, sources: &[(Source, Profile)]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::likelihood::samples::{PROFILES, noise, seen, sources};
+    use crate::likelihood::samples::{MEERKAT, PROFILES, noise, seen, sources};
     use crate::rime::predict;
     use num_complex::Complex;
 
@@ -64,7 +64,7 @@ mod tests {
     fn factors_of_the_instrument_are_taken_out_too() {
         let sources = mixed(20);
         for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
-            let worst = worst_error(isa, &seen(noise(1000, 2)), &sources);
+            let worst = worst_error(isa, &seen(noise(1000, 2), MEERKAT), &sources);
             assert!(worst < 3e-6, "{isa:?}: {worst:e}");
         }
     }

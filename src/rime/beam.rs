@@ -31,7 +31,7 @@ pub enum Beam {
 }
 
 /// Argument of [2 J1(y)/y]² = 1/2; 2/π of it is 1.0290, the width of an Airy disk in λ/D.
-const AIRY_HALF: f64 = 1.616_339_948_310_703_1;
+const AIRY_HALF: f64 = 1.616_339_948_310_703;
 
 impl Beam {
     /// A at direction `lm` and `freq_hz` [Hz]: 1 at the phase centre.

@@ -42,7 +42,7 @@ pub fn sinc(x: f64) -> f64 {
 /// IERS Conventions (2010), equation 5.16.
 pub fn pole_of(year: f64) -> [f64; 3] {
     let t = (year - 2000.0) / 100.0;
-    let x = (2004.191_898 * t - 0.429_783 * t * t) * ARCSEC;
+    let x = (2_004.191_898 * t - 0.429_783 * t * t) * ARCSEC;
     let y = (-0.025_896 * t - 22.407_275 * t * t) * ARCSEC;
     [x, y, (1.0 - x * x - y * y).sqrt()]
 }

@@ -10,7 +10,7 @@ use crate::catalogue::{
 };
 use crate::config::Config;
 use crate::coords::{IcrsCentre, RaDec};
-use crate::dataset::Dataset;
+use crate::dataset::{Dataset, NoiseReport};
 use crate::detect::{Detected, Detection, Mode, Settings, Status, p_source};
 use crate::simulate::format_utc;
 use crate::units::{ARCSEC, MICROJY};
@@ -35,7 +35,7 @@ pub struct Outcome {
 impl Outcome {
     pub(super) fn new(
         config: &Config,
-        digest: &str,
+        digests: &[String],
         dataset: &Dataset,
         settings: &Settings,
         detection: &Detection,
@@ -51,7 +51,7 @@ impl Outcome {
             sources: Vec::new(),
             modes: Vec::new(),
             posterior: Vec::new(),
-            run: run_entries(config, digest, dataset, settings, detection),
+            run: run_entries(config, digests, dataset, settings, detection),
             summary: String::new(),
         };
         // The number of a group is that of its brightest member.
@@ -276,16 +276,14 @@ fn header(config: &Config, dataset: &Dataset, frame: IcrsCentre) -> CatalogueHea
 
 fn run_entries(
     config: &Config,
-    digest: &str,
+    digests: &[String],
     dataset: &Dataset,
     settings: &Settings,
     detection: &Detection,
 ) -> Vec<RunEntry> {
     let info = dataset.info();
-    let noise = &info.noise;
     let mut entries = vec![
         RunEntry::new("version", env!("CARGO_PKG_VERSION"), "vis2cat"),
-        RunEntry::new("input.blake3", digest, "BLAKE3 of the input's bytes"),
         RunEntry::new("data.n_row", info.n_row, "rows in the input"),
         RunEntry::new("data.n_sample", info.n_sample, "Stokes I samples used"),
         RunEntry::new("data.n_flagged", info.n_flagged, "Stokes I samples flagged"),
@@ -299,21 +297,6 @@ fn run_entries(
             "data.beam",
             info.beam_rad / ARCSEC,
             "[arcsec] width of the response, sigma",
-        ),
-        RunEntry::new(
-            "noise.weights",
-            noise.weights_sigma_jy,
-            "[Jy] sigma by the weights",
-        ),
-        RunEntry::new(
-            "noise.data",
-            noise.data_sigma_jy.unwrap_or(f64::NAN),
-            "[Jy] sigma by differences in the data",
-        ),
-        RunEntry::new(
-            "noise.weight_scale",
-            noise.weight_scale,
-            "factor on the file's weights",
         ),
         RunEntry::new("search.n_tile", settings.tiles.len(), "tiles"),
         RunEntry::new("search.n_live", settings.n_live, "live points a tile"),
@@ -336,6 +319,9 @@ fn run_entries(
             "sources in the field by the evidences of those found, detectable or not",
         ),
     ];
+    for (i, (digest, noise)) in digests.iter().zip(&info.noise).enumerate() {
+        entries.extend(input_entries(i, digests.len(), digest, noise));
+    }
     entries.extend(detection.log_z.iter().enumerate().map(|(round, log_z)| {
         let key = format!("search.log_z.{}", round + 1);
         RunEntry::new(
@@ -378,4 +364,34 @@ fn run_entries(
         }
     }
     entries
+}
+
+/// What is told of each input, which has a number where there are several.
+fn input_entries(i: usize, n_input: usize, digest: &str, noise: &NoiseReport) -> [RunEntry; 4] {
+    let key = |group: &str, name: &str| match n_input {
+        1 => format!("{group}.{name}"),
+        _ => format!("{group}.{}.{name}", i + 1),
+    };
+    [
+        RunEntry::new(
+            &key("input", "blake3"),
+            digest,
+            "BLAKE3 of the input's bytes",
+        ),
+        RunEntry::new(
+            &key("noise", "weights"),
+            noise.weights_sigma_jy,
+            "[Jy] sigma by the weights",
+        ),
+        RunEntry::new(
+            &key("noise", "data"),
+            noise.data_sigma_jy.unwrap_or(f64::NAN),
+            "[Jy] sigma by differences in the data",
+        ),
+        RunEntry::new(
+            &key("noise", "weight_scale"),
+            noise.weight_scale,
+            "factor on the file's weights",
+        ),
+    ]
 }

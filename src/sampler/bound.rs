@@ -22,9 +22,16 @@ use friends::Sets;
 /// that cut a thin curve into arcs may stand apart where the points do not. Groups in order of first member.
 ///
 /// `shadows` are the ellipsoids in the mode dimensions; those with the same number in `part` are
-/// connected by their points.
-pub(super) fn separate(shadows: &[Ellipsoid], part: &[usize]) -> Vec<Vec<usize>> {
+/// connected by their points, and so are the pairs of `links`.
+pub(super) fn separate(
+    shadows: &[Ellipsoid],
+    part: &[usize],
+    links: &[(usize, usize)],
+) -> Vec<Vec<usize>> {
     let mut groups = Sets::new(shadows.len());
+    for &(i, j) in links {
+        groups.join(i, j);
+    }
     for i in 0..shadows.len() {
         for j in 0..i {
             let apart = groups.find(i) != groups.find(j);

@@ -140,7 +140,7 @@ fn one_minus_exp(x: f64) -> f64 {
 }
 
 /// Where the shrinkages come from.
-trait Shrinkage {
+pub(super) trait Shrinkage {
     /// ln of a Beta(n, 1) variable.
     fn log_t(&mut self, n_live: usize) -> f64;
     /// ln of the shares of a split.
@@ -148,7 +148,7 @@ trait Shrinkage {
 }
 
 /// Means of the logarithms.
-struct Expected;
+pub(super) struct Expected;
 
 impl Shrinkage for Expected {
     fn log_t(&mut self, n_live: usize) -> f64 {
@@ -183,15 +183,16 @@ impl Shrinkage for Drawn {
 }
 
 /// What the volumes depend on.
-struct Volumes {
+pub(super) struct Volumes {
     /// Dead points of each mode, ln L ascending.
     order: Vec<Vec<usize>>,
     children: Vec<Vec<usize>>,
-    n_live: Vec<usize>,
+    /// Live points at each death.
+    pub(super) n_live: Vec<usize>,
 }
 
 impl Volumes {
-    fn of(run: &NestedRun) -> Self {
+    pub(super) fn of(run: &NestedRun) -> Self {
         let mut order = vec![Vec::new(); run.tree.len()];
         run.dead
             .iter()
@@ -212,7 +213,7 @@ impl Volumes {
 
     /// Visits every dead point under one history of shrinkages: its index, ln X before it died, and the
     /// part of X that is its weight.
-    fn visit(
+    pub(super) fn visit(
         &self,
         run: &NestedRun,
         shrinkage: &mut impl Shrinkage,

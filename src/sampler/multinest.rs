@@ -1,17 +1,13 @@
 //! Multimodal nested sampling from ellipsoids.
 
 mod region;
-mod territory;
 
-use super::bound::{
-    Cloud, Cluster, Decomposition, Ellipsoid, Neighbourhood, Union, decompose, pooled, refit,
-    separate,
-};
-use super::{DeadPoint, ModeNode, NestedRun, Progress, Sampler, SamplerError, log_add};
+use super::bound::{Cluster, Neighbourhood, Union, pooled, refit};
+use super::nest::{Child, Group, Live, MIN_MODE, Mode, Nest};
+use super::{NestedRun, Progress, Sampler, SamplerError, log_add};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use region::{Live, Region};
-use territory::Territory;
+use region::Region;
 
 /// Evaluations of one mode without an acceptable point that count as a stall.
 const STALL: u64 = 1_000_000;
@@ -23,9 +19,6 @@ const CURVED: f64 = 0.12;
 /// Live points of a mode whose draws are held to their neighbourhood: fewer do not show its shape,
 /// and for more it takes too long to find.
 const NEIGHBOURS: std::ops::RangeInclusive<usize> = 50..=1000;
-
-/// Fewest points that can become a mode of their own: what a cluster needs to have a scale.
-const MIN_MODE: usize = 4;
 
 /// Options of [`MultiNest`].
 #[derive(Debug, Clone, PartialEq)]
@@ -42,6 +35,8 @@ pub struct MultiNestConfig {
     pub tolerance: f64,
     /// Dimensions in which separate groups of ellipsoids are separate modes; empty: no modes.
     pub mode_dims: Vec<usize>,
+    /// Dimensions that are circles: 0 and 1 are the same place.
+    pub wrapped: Vec<usize>,
     /// Proposals per `ask`, divided among the modes by live points (each gets at least one).
     pub batch: usize,
     /// All randomness derives from it.
@@ -61,6 +56,7 @@ impl MultiNestConfig {
             efficiency: 0.8,
             tolerance: 0.1,
             mode_dims: (0..n_dim).collect(),
+            wrapped: Vec::new(),
             batch: (n_live / 8).max(1),
             seed: 0,
             max_eval: None,
@@ -78,7 +74,11 @@ impl MultiNestConfig {
             (self.tolerance > 0.0, "tolerance is not positive"),
             (
                 self.mode_dims.iter().all(|&i| i < self.n_dim),
-                "mode_dims has no such dimension",
+                "mode_dims names a dimension that is not there",
+            ),
+            (
+                self.wrapped.iter().all(|&i| i < self.n_dim),
+                "wrapped names a dimension that is not there",
             ),
         ]
         .into_iter()
@@ -104,53 +104,12 @@ impl MultiNestConfig {
 pub struct MultiNest {
     config: MultiNestConfig,
     rng: ChaCha8Rng,
-    points: Points,
-    territory: Territory,
-    tree: Vec<ModeNode>,
+    nest: Nest,
     regions: Vec<Region>,
-    dead: Vec<DeadPoint>,
     asked: Vec<f64>,
     /// Region and ellipsoid of each point of `asked`.
     origin: Vec<(usize, usize)>,
-    /// Evidence of all dead points.
-    log_z: f64,
-    n_eval: u64,
 }
-
-/// Storage of live points by slot.
-#[derive(Debug, Default)]
-struct Points {
-    n_dim: usize,
-    u: Vec<f64>,
-    log_l_birth: Vec<f64>,
-    cluster: Vec<usize>,
-    free: Vec<usize>,
-}
-
-impl Points {
-    fn insert(&mut self, u: &[f64], log_l_birth: f64, cluster: usize) -> usize {
-        if let Some(slot) = self.free.pop() {
-            self.u[slot * self.n_dim..(slot + 1) * self.n_dim].copy_from_slice(u);
-            self.log_l_birth[slot] = log_l_birth;
-            self.cluster[slot] = cluster;
-            return slot;
-        }
-        self.u.extend_from_slice(u);
-        self.log_l_birth.push(log_l_birth);
-        self.cluster.push(cluster);
-        self.cluster.len() - 1
-    }
-
-    fn cloud(&self) -> Cloud<'_> {
-        Cloud {
-            u: &self.u,
-            n_dim: self.n_dim,
-        }
-    }
-}
-
-/// Clusters that become a mode, each with its ellipsoid's shadow in the mode dimensions.
-type Group = Vec<(Cluster, Ellipsoid)>;
 
 impl MultiNest {
     /// A sampler that has not asked yet.
@@ -163,37 +122,33 @@ impl MultiNest {
         }
         Ok(Self {
             rng: ChaCha8Rng::seed_from_u64(config.seed),
-            points: Points {
-                n_dim: config.n_dim,
-                ..Points::default()
-            },
-            territory: Territory::new(&config.mode_dims),
-            tree: vec![ModeNode::root(config.n_live)],
-            regions: vec![Region::new(0, 0.0, f64::NEG_INFINITY, config.n_live)],
-            dead: Vec::new(),
+            nest: Nest::new(
+                config.n_dim,
+                config.n_live,
+                &config.mode_dims,
+                &config.wrapped,
+                config.max_eval,
+            ),
+            regions: vec![Region::new(Mode::whole(config.n_live))],
             asked: Vec::new(),
             origin: Vec::new(),
-            log_z: f64::NEG_INFINITY,
-            n_eval: 0,
             config,
         })
     }
 
     /// Whether the first live points are still being drawn: these are accepted whatever their ln L.
     fn is_starting(&self) -> bool {
-        self.dead.is_empty()
-            && self.tree.len() == 1
-            && self.regions.first().is_some_and(|r| r.missing() > 0)
+        self.nest.is_untouched() && self.regions.first().is_some_and(|r| r.mode.missing() > 0)
     }
 
     /// Ends finished modes, renews bounds, splits modes; new modes are at the end of `regions`.
     fn prepare(&mut self) {
         let mut i = 0;
         while i < self.regions.len() {
-            if self.regions[i].missing() == 0 && self.regions[i].is_finished(self.config.tolerance)
-            {
+            let mode = &self.regions[i].mode;
+            if mode.missing() == 0 && mode.is_finished(self.config.tolerance) {
                 let region = self.regions.remove(i);
-                self.retire(region);
+                self.nest.retire(region.mode);
                 continue;
             }
             if self.renew(i) {
@@ -204,48 +159,14 @@ impl MultiNest {
         }
     }
 
-    /// The live points of a mode become dead points.
-    fn retire(&mut self, mut region: Region) {
-        while region.n_live() > 1 {
-            self.kill(&mut region);
-        }
-        // The last point stands for all the volume that is left.
-        let log_x = region.log_x;
-        if let Some(last) = region.pop() {
-            self.log_z = log_add(self.log_z, log_x + last.log_l);
-            self.bury(last, region.node);
-        }
-    }
-
-    /// The worst live point dies.
-    fn kill(&mut self, region: &mut Region) {
-        let log_x = region.log_x;
-        if let Some(worst) = region.pop() {
-            let log_w = log_x + (-(region.log_x - log_x).exp_m1()).ln();
-            self.log_z = log_add(self.log_z, log_w + worst.log_l);
-            self.bury(worst, region.node);
-        }
-    }
-
-    fn bury(&mut self, live: Live, mode: usize) {
-        self.dead.push(DeadPoint {
-            u: self.points.cloud().row(live.slot).to_vec(),
-            log_l: live.log_l,
-            log_l_birth: self.points.log_l_birth[live.slot],
-            mode,
-            leaf: mode,
-        });
-        self.points.free.push(live.slot);
-    }
-
     /// Fits or searches the ellipsoids of a region when due; true if it split and is gone.
     fn renew(&mut self, i: usize) -> bool {
         let region = &self.regions[i];
-        let n = region.n_live();
+        let n = region.mode.n_live();
         if n == 0 || self.is_starting() {
             return false;
         }
-        if region.missing() > 0 {
+        if region.mode.missing() > 0 {
             // While it is topped up the bound may tighten as points come, but nothing splits.
             return n >= MIN_MODE.max(2 * region.n_at_fit) && self.search(i, false);
         }
@@ -254,43 +175,35 @@ impl MultiNest {
             self.rebind(i, vec![]);
             return false;
         }
-        if n != region.n_at_fit || 2 * region.since_search >= n {
+        if n != region.n_at_fit || region.is_search_due() {
             return self.search(i, true);
         }
-        if 8 * region.since_fit >= n {
+        if 8 * region.since_fit() >= n {
             self.refit(i);
         }
         false
     }
 
-    /// Live points of a region as a decomposition problem.
-    fn problem<'a>(
-        config: &'a MultiNestConfig,
-        points: &'a Points,
-        region: &'a Region,
-    ) -> Decomposition<'a> {
-        Decomposition {
-            cloud: points.cloud(),
-            mode_dims: &config.mode_dims,
-            log_share: region.log_x - (region.n_live() as f64).ln(),
-            typical: region.typical.as_ref(),
-        }
-    }
-
     /// Fits the ellipsoids of a region anew, clusters as they are.
     fn refit(&mut self, i: usize) {
-        let region = &self.regions[i];
+        let region = &mut self.regions[i];
         if region.bound.ellipsoids().is_empty() {
             return;
         }
         let mut sets = vec![Vec::new(); region.bound.ellipsoids().len()];
-        for slot in region.slots() {
-            sets[self.points.cluster[slot]].push(slot);
+        for slot in region.mode.slots() {
+            sets[self.nest.points.cluster[slot]].push(slot);
         }
         sets.retain(|set| !set.is_empty());
-        let clusters = refit(Self::problem(&self.config, &self.points, region), sets);
+        self.nest.cut(&mut region.mode);
+        let clusters = refit(
+            self.nest.problem(&region.mode, region.typical.as_ref()),
+            sets,
+        );
         let clusters = self.enlarge(clusters);
-        if is_cube(&self.regions[i], total_log_volume(&clusters)) {
+        let log_volume = total_log_volume(&clusters);
+        self.regions[i].excess = log_volume - self.regions[i].mode.log_x;
+        if is_cube(&self.regions[i], log_volume) {
             self.rebind(i, vec![]);
         } else {
             self.rebind(i, clusters);
@@ -299,16 +212,22 @@ impl MultiNest {
 
     /// Searches for clusters; splits the region where they form separate groups (if `may_split`).
     fn search(&mut self, i: usize, may_split: bool) -> bool {
-        let region = &self.regions[i];
-        let problem = Self::problem(&self.config, &self.points, region);
-        let clusters = self.enlarge(decompose(problem, region.slots()));
-        self.regions[i].since_search = 0;
-        if is_cube(&self.regions[i], total_log_volume(&clusters)) {
+        let region = &mut self.regions[i];
+        let clusters = self
+            .nest
+            .clusters(&mut region.mode, region.typical.as_ref());
+        region.dead_at_search = region.mode.n_dead();
+        let clusters = self.enlarge(clusters);
+        let log_volume = total_log_volume(&clusters);
+        let region = &mut self.regions[i];
+        region.excess = log_volume - region.mode.log_x;
+        region.excess_at_search = region.excess;
+        if is_cube(region, log_volume) {
             self.rebind(i, vec![]);
             return false;
         }
         if may_split {
-            let groups = self.groups(&clusters);
+            let groups = self.nest.groups(&clusters, &[]);
             if groups.len() > 1 {
                 self.split(i, groups);
                 return true;
@@ -328,112 +247,53 @@ impl MultiNest {
     /// Gives a region its new ellipsoids; none: the whole cube.
     fn rebind(&mut self, i: usize, clusters: Vec<Cluster>) {
         let region = &mut self.regions[i];
-        region.is_curved |= (region.since_fit as f64) < CURVED * region.n_tried as f64;
+        region.is_curved |= (region.since_fit() as f64) < CURVED * region.n_tried as f64;
         region.n_tried = 0;
-        region.since_fit = 0;
-        region.n_at_fit = region.n_live();
+        region.dead_at_fit = region.mode.n_dead();
+        region.n_at_fit = region.mode.n_live();
         if clusters.is_empty() {
-            for slot in region.slots() {
-                self.points.cluster[slot] = 0;
+            for slot in region.mode.slots() {
+                self.nest.points.cluster[slot] = 0;
             }
         }
         for (k, cluster) in clusters.iter().enumerate() {
             for &slot in &cluster.index {
-                self.points.cluster[slot] = k;
+                self.nest.points.cluster[slot] = k;
             }
         }
         self.regions[i].near = self.neighbourhood(i, &clusters);
         let region = &mut self.regions[i];
-        region.bound = Union::new(clusters.into_iter().map(|c| c.ellipsoid).collect());
+        let ellipsoids = clusters.into_iter().map(|c| c.ellipsoid).collect();
+        region.bound = Union::new(ellipsoids, &region.mode.low);
     }
 
     /// The surroundings of a region's live points, where its ellipsoids do not follow its shape.
     fn neighbourhood(&mut self, i: usize, clusters: &[Cluster]) -> Option<Neighbourhood> {
         let region = &self.regions[i];
-        if !region.is_curved || !NEIGHBOURS.contains(&region.n_live()) {
+        if !region.is_curved || !NEIGHBOURS.contains(&region.mode.n_live()) {
             return None;
         }
-        let cloud = self.points.cloud();
+        let cloud = self.nest.points.cloud();
         let covariance = pooled(cloud, clusters.iter().map(|c| c.index.as_slice()))?;
-        Neighbourhood::new(cloud, &region.slots(), &covariance, &mut self.rng)
-    }
-
-    /// Clusters in groups that are apart in the mode dimensions; groups of fewer than `MIN_MODE`
-    /// points stay with the nearest.
-    fn groups(&self, clusters: &[Cluster]) -> Vec<Group> {
-        let dims = &self.config.mode_dims;
-        if dims.is_empty() || clusters.len() < 2 {
-            return vec![];
-        }
-        let shadows: Option<Vec<_>> = clusters.iter().map(|c| c.ellipsoid.project(dims)).collect();
-        let Some(shadows) = shadows else {
-            return vec![];
-        };
-        let part: Vec<usize> = clusters.iter().map(|c| c.part).collect();
-        let size = |group: &[usize]| {
-            group
-                .iter()
-                .map(|&k| clusters[k].index.len())
-                .sum::<usize>()
-        };
-        let groups = separate(&shadows, &part);
-        let (mut groups, small): (Vec<_>, Vec<_>) = groups
-            .into_iter()
-            .partition(|group| size(group) >= MIN_MODE);
-        for k in small.into_iter().flatten() {
-            let gap = |group: &Vec<usize>| {
-                let gaps = group
-                    .iter()
-                    .map(|&g| shadows[g].distance2(shadows[k].centre()));
-                gaps.fold(f64::INFINITY, f64::min)
-            };
-            if let Some(nearest) = groups.iter_mut().min_by(|a, b| gap(a).total_cmp(&gap(b))) {
-                nearest.push(k);
-            }
-        }
-        let member = |k: usize| (clusters[k].clone(), shadows[k].clone());
-        groups
-            .into_iter()
-            .map(|group| group.into_iter().map(member).collect())
-            .collect()
+        let slots = region.mode.slots();
+        Neighbourhood::new(cloud, &slots, &covariance, &mut self.rng)
     }
 
     /// Replaces a region by one for each group.
     fn split(&mut self, i: usize, groups: Vec<Group>) {
-        let mut parent = self.regions.remove(i);
-        let n = parent.n_live();
-        let mut log_l = vec![0.0; self.points.cluster.len()];
-        for live in parent.drain() {
-            log_l[live.slot] = live.log_l;
-        }
-        let sets = groups
-            .iter()
-            .flatten()
-            .map(|(cluster, _)| cluster.index.as_slice());
-        let typical = pooled(self.points.cloud(), sets).or(parent.typical.take());
-        let shadows = |group: &Group| group.iter().map(|(_, shadow)| shadow.clone()).collect();
-        let first = self
-            .territory
-            .split(parent.node, groups.iter().map(shadows).collect());
-        for (k, group) in groups.into_iter().enumerate() {
-            let n_split = group.iter().map(|(cluster, _)| cluster.index.len()).sum();
-            let log_x = parent.log_x + log_fraction(n_split, n);
-            let target = self.config.n_live_mode.min(self.config.n_live).max(n_split);
-            let mut region = Region::new(first + k, log_x, parent.contour(), target);
-            region.typical.clone_from(&typical);
-            for &slot in group.iter().flat_map(|(cluster, _)| &cluster.index) {
-                region.push(Live {
-                    log_l: log_l[slot],
-                    slot,
-                });
-            }
-            self.tree.push(ModeNode {
-                parent: Some(parent.node),
-                n_split,
-                log_l_split: parent.contour(),
+        let Region { mode, typical, .. } = self.regions.remove(i);
+        let n_live_mode = self.config.n_live_mode;
+        let children = self.nest.split(mode, typical.as_ref(), groups, n_live_mode);
+        for Child {
+            mode,
+            clusters,
+            typical,
+        } in children
+        {
+            self.regions.push(Region {
+                typical,
+                ..Region::new(mode)
             });
-            self.regions.push(region);
-            let clusters = group.into_iter().map(|(cluster, _)| cluster).collect();
             self.rebind(self.regions.len() - 1, clusters);
         }
     }
@@ -441,10 +301,10 @@ impl MultiNest {
     /// Draws the proposals of one region.
     fn propose(&mut self, i: usize) -> Result<(), SamplerError> {
         let region = &self.regions[i];
-        let share = (self.config.batch * region.n_live()).div_ceil(self.config.n_live);
-        let wanted = match region.missing() {
+        let share = (self.config.batch * region.mode.n_live()).div_ceil(self.config.n_live);
+        let wanted = match region.mode.missing() {
             0 => share.max(1),
-            missing if self.tree.len() == 1 => missing,
+            missing if self.nest.tree.len() == 1 => missing,
             missing => 2 * missing,
         };
         let n_dim = self.config.n_dim;
@@ -456,65 +316,54 @@ impl MultiNest {
                 continue;
             };
             let is_near = region.near.as_ref().is_none_or(|near| near.contains(&u));
-            if is_near && self.territory.owns(region.node, &u) {
+            if is_near && self.nest.territory.owns(region.mode.node, &u) {
+                self.nest.points.wrap(&mut u);
                 self.asked.extend_from_slice(&u);
                 self.origin.push((i, cluster));
                 found += 1;
             }
         }
         if found == 0 || region.barren > STALL {
-            return Err(self.stalled(region.contour(), region.node));
+            return Err(self.nest.stalled(&region.mode));
         }
         Ok(())
-    }
-
-    fn stalled(&self, log_l: f64, node: usize) -> SamplerError {
-        SamplerError::Stalled {
-            n_eval: self.n_eval,
-            log_l,
-            advice: format!(
-                "mode {node} finds no better point; use more live points or smaller tiles, or look \
-                 for a plateau or noise in the likelihood"
-            ),
-        }
     }
 
     /// Gives a region an evaluated point.
     fn offer(&mut self, k: usize, log_l: f64, starting: bool) {
         let (i, cluster) = self.origin[k];
         let n_dim = self.config.n_dim;
-        let mut region = std::mem::replace(&mut self.regions[i], Region::new(0, 0.0, 0.0, 0));
+        let region = &mut self.regions[i];
         region.barren += 1;
         region.n_tried += 1;
-        let filling = region.missing() > 0;
+        let filling = region.mode.missing() > 0;
         let contour = if filling {
-            Some(region.contour())
+            Some(region.mode.contour())
         } else {
-            region.worst()
+            region.mode.worst()
         };
         let initial = starting && filling;
         if initial || contour.is_some_and(|contour| log_l > contour) {
             if !filling {
-                self.kill(&mut region);
+                self.nest.kill(&mut region.mode);
             }
             // Drawn above a contour of -inf, but not from the whole prior.
             let birth = if initial {
                 f64::NEG_INFINITY
             } else {
-                region.contour().max(f64::MIN)
+                region.mode.contour().max(f64::MIN)
             };
             let u = &self.asked[k * n_dim..(k + 1) * n_dim];
-            let slot = self.points.insert(u, birth, cluster);
-            region.push(Live { log_l, slot });
+            let slot = self.nest.points.insert(u, birth, cluster);
+            region.mode.push(Live { log_l, slot });
             region.barren = 0;
         }
-        self.regions[i] = region;
     }
 }
 
 /// Whether a region is better drawn from the whole cube: its ellipsoids are no smaller.
 fn is_cube(region: &Region, log_volume: f64) -> bool {
-    region.node == 0 && log_volume >= 0.0
+    region.mode.node == 0 && log_volume >= 0.0
 }
 
 /// ln of the summed volume of the ellipsoids.
@@ -522,11 +371,6 @@ fn total_log_volume(clusters: &[Cluster]) -> f64 {
     clusters.iter().fold(f64::NEG_INFINITY, |sum, c| {
         log_add(sum, c.ellipsoid.log_volume())
     })
-}
-
-/// Expected ln of the volume fraction of `n` of `total` points: ψ(n) - ψ(total).
-fn log_fraction(n: usize, total: usize) -> f64 {
-    -(n..total).map(|k| 1.0 / k as f64).sum::<f64>()
 }
 
 impl Sampler for MultiNest {
@@ -537,14 +381,8 @@ impl Sampler for MultiNest {
             ));
         }
         self.asked.clear();
-        if self.config.max_eval.is_some_and(|max| self.n_eval >= max) {
-            let log_l = self.regions.first().map_or(f64::INFINITY, Region::contour);
-            return Err(SamplerError::Stalled {
-                n_eval: self.n_eval,
-                log_l,
-                advice: "this is the most that max_eval allows".into(),
-            });
-        }
+        let contour = self.regions.first().map(|r| r.mode.contour());
+        self.nest.check_budget(contour.unwrap_or(f64::INFINITY))?;
         self.prepare();
         for i in 0..self.regions.len() {
             self.propose(i)?;
@@ -553,20 +391,7 @@ impl Sampler for MultiNest {
     }
 
     fn tell(&mut self, log_l: &[f64]) -> Result<(), SamplerError> {
-        if log_l.len() != self.origin.len() {
-            let (told, asked) = (log_l.len(), self.origin.len());
-            return Err(SamplerError::Protocol(format!(
-                "told {told} values, asked for {asked}"
-            )));
-        }
-        if let Some(k) = log_l.iter().position(|l| l.is_nan() || *l == f64::INFINITY) {
-            let u = &self.asked[k * self.config.n_dim..(k + 1) * self.config.n_dim];
-            return Err(SamplerError::Protocol(format!(
-                "ln L is {} at u = {u:?}",
-                log_l[k]
-            )));
-        }
-        self.n_eval += log_l.len() as u64;
+        self.nest.check_told(&self.asked, log_l)?;
         let starting = self.is_starting();
         for (k, &log_l) in log_l.iter().enumerate() {
             self.offer(k, log_l, starting);
@@ -576,29 +401,10 @@ impl Sampler for MultiNest {
     }
 
     fn progress(&self) -> Progress {
-        let remaining = self.regions.iter().map(Region::log_z_remaining);
-        Progress {
-            n_eval: self.n_eval,
-            n_dead: self.dead.len() as u64,
-            log_z: self.log_z,
-            log_z_remaining: remaining.fold(f64::NEG_INFINITY, log_add),
-            n_live_modes: self.regions.len(),
-        }
+        self.nest.progress(self.regions.iter().map(|r| &r.mode))
     }
 
-    fn finish(mut self: Box<Self>) -> NestedRun {
-        for region in std::mem::take(&mut self.regions) {
-            self.retire(region);
-        }
-        for dead in &mut self.dead {
-            dead.leaf = self.territory.leaf(&dead.u);
-        }
-        self.dead.sort_by(|a, b| a.log_l.total_cmp(&b.log_l));
-        NestedRun {
-            n_dim: self.config.n_dim,
-            n_eval: self.n_eval,
-            dead: self.dead,
-            tree: self.tree,
-        }
+    fn finish(self: Box<Self>) -> NestedRun {
+        self.nest.finish(self.regions.into_iter().map(|r| r.mode))
     }
 }

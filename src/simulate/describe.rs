@@ -28,6 +28,7 @@ pub(super) fn describe(
             ra_rad: config.centre.ra_rad,
             dec_rad: config.centre.dec_rad,
             frame: Frame::Icrs,
+            drifts: false,
         }],
         freq_setups: vec![FreqSetup {
             freq_hz_f: config.freq_hz_f(),

@@ -3,10 +3,13 @@
 #![allow(clippy::unwrap_used)] // helpers of tests are tests
 
 mod catalogue;
+mod chains;
+mod checkpoint;
 mod cli;
 mod convert;
 mod detect;
 mod evaluate;
+mod inputs;
 mod oracles;
 mod pyuvdata;
 mod sampler;

@@ -73,6 +73,19 @@ fn pyuvdata_reads_what_we_read_and_write_as_measurement_sets() {
     check_with("casacore", "scripts/check_ms.py", &files);
 }
 
+/// Parts and averages of a file as pyuvdata makes them: see `scripts/check_convert.py`.
+#[test]
+fn pyuvdata_selects_and_averages_as_we_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("wide.uvfits");
+    let command = format!(
+        "simulate {} --array vla-d --dec 40deg --sources 1 --channels 8 --hours 0.2 --tint 30s",
+        file.display()
+    );
+    vis2cat_ok(command.split_whitespace());
+    check_with("pyuvdata", "scripts/check_convert.py", &[file]);
+}
+
 /// Runs a script that needs pyuvdata, or what comes with it, and the examples of the formats.
 fn check_with(module: &str, script: &str, files: &[PathBuf]) {
     let Some(python) = python_with(module) else {

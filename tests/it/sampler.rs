@@ -8,7 +8,8 @@ use std::convert::Infallible;
 use std::ops::ControlFlow;
 use vis2cat::sampler::problems::{self, Problem};
 use vis2cat::sampler::{
-    ModeSummary, MultiNest, MultiNestConfig, NestedRun, RunError, Sampler, SamplerError, run,
+    MergeError, ModeSummary, MultiNest, MultiNestConfig, NestedRun, RunError, Sampler,
+    SamplerError, Slice, SliceConfig, run,
 };
 
 /// Seeds of every test that runs more than once.
@@ -247,5 +248,212 @@ fn batches_stay_in_the_cube_and_telling_too_few_is_refused() {
             ..MultiNestConfig::new(3, 40)
         })
         .is_err()
+    );
+}
+
+fn slice_config(problem: &Problem, n_live: usize, seed: u64) -> SliceConfig {
+    SliceConfig {
+        mode_dims: problem.mode_dims.clone(),
+        seed,
+        ..SliceConfig::new(problem.n_dim, n_live)
+    }
+}
+
+fn solve_by_slices(config: SliceConfig, log_l: impl Fn(&[f64]) -> f64) -> NestedRun {
+    let n_dim = config.n_dim;
+    let batch = |u: &[f64]| Ok::<_, Infallible>(u.chunks(n_dim).map(&log_l).collect());
+    let sampler = Box::new(Slice::new(config).expect("options"));
+    run(sampler, batch, |_| ControlFlow::Continue(())).expect("a finished run")
+}
+
+#[test]
+fn slices_give_the_evidence_within_the_quoted_error() {
+    let mut pulls = Vec::new();
+    for (problem, seeds) in [
+        (problems::eggbox(), 1..=4),
+        (problems::shells(6), 1..=3),
+        (problems::himmelblau(), 1..=4),
+        (problems::correlated_gaussian(6), 1..=3),
+        (problems::correlated_gaussian(20), 1..=1),
+    ] {
+        for seed in seeds {
+            let run = solve_by_slices(slice_config(&problem, 400, seed), |u| problem.log_l(u));
+            let evidence = run.evidence();
+            let pull = (evidence.log_z - problem.log_z) / evidence.log_z_err;
+            assert!(pull.abs() < 4.0, "{} {seed}: {evidence:?}", problem.name);
+            pulls.push(pull);
+        }
+    }
+    let rms = (pulls.iter().map(|p| p * p).sum::<f64>() / pulls.len() as f64).sqrt();
+    assert!(rms < 1.6, "errors are {rms} times what is quoted");
+}
+
+#[test]
+fn slices_find_twenty_modes_with_their_evidences() {
+    let problem = problems::mix20(1);
+    let run = solve_by_slices(slice_config(&problem, 1000, 1), |u| problem.log_l(u));
+    let modes = run.modes();
+    let mut pulls = Vec::new();
+    for (k, known) in problem.modes.iter().enumerate() {
+        let mode = mode_at(&modes, &problem, k).unwrap_or_else(|| panic!("no mode {k}"));
+        pulls.push((mode.log_z - known.log_z) / mode.log_z_err);
+    }
+    let rms = (pulls.iter().map(|p| p * p).sum::<f64>() / 20.0).sqrt();
+    assert!(rms < 2.0, "{pulls:?}");
+}
+
+#[test]
+fn local_evidences_add_up_to_the_global_one() {
+    let problem = problems::mix20(1);
+    for run in [
+        solve_problem(&problem, 1000, 2),
+        solve_by_slices(slice_config(&problem, 400, 2), |u| problem.log_l(u)),
+    ] {
+        let evidence = run.evidence();
+        let modes = run.modes();
+        assert!(modes.len() > 15);
+        let sum: f64 = modes.iter().map(|m| (m.log_z - evidence.log_z).exp()).sum();
+        assert!((sum.ln()).abs() < 1e-9, "{sum}");
+        assert!((evidence.log_z - problem.log_z).abs() < 4.0 * evidence.log_z_err);
+    }
+}
+
+#[test]
+fn slices_give_the_same_bits_whatever_evaluates() {
+    let problem = problems::eggbox();
+    let serial = solve_by_slices(slice_config(&problem, 200, 7), |u| problem.log_l(u));
+    let batch =
+        |u: &[f64]| Ok::<_, Infallible>(u.par_chunks(2).map(|u| problem.log_l(u)).collect());
+    let sampler = Box::new(Slice::new(slice_config(&problem, 200, 7)).unwrap());
+    let parallel = run(sampler, batch, |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(serial, parallel);
+}
+
+#[test]
+fn slices_pass_plateaus_walls_and_say_when_they_are_stuck() {
+    let r = |u: &[f64]| (u[0] - 0.5).hypot(u[1] - 0.5);
+    let disc = |u: &[f64]| if r(u) < 0.3 { 3.0 } else { f64::NEG_INFINITY };
+    let exact = 3.0 + (std::f64::consts::PI * 0.09).ln();
+    let wall = 2.0 * (0.5 * 0.01 * std::f64::consts::TAU.sqrt()).ln();
+    for seed in 1..=3 {
+        let config = SliceConfig {
+            seed,
+            ..SliceConfig::new(2, 300)
+        };
+        let evidence = solve_by_slices(config.clone(), disc).evidence();
+        let limit = 4.0 * evidence.log_z_err.max(0.06);
+        assert!((evidence.log_z - exact).abs() < limit, "{evidence:?}");
+        let corner = |u: &[f64]| -(u[0] * u[0] + (1.0 - u[1]).powi(2)) / 2e-4;
+        let evidence = solve_by_slices(config, corner).evidence();
+        let limit = 4.0 * evidence.log_z_err;
+        assert!((evidence.log_z - wall).abs() < limit, "{evidence:?} {wall}");
+    }
+    let nowhere = |u: &[f64]| Ok::<_, Infallible>(vec![f64::NEG_INFINITY; u.len() / 2]);
+    let sampler = Box::new(Slice::new(SliceConfig::new(2, 50)).unwrap());
+    let stalled = run(sampler, nowhere, |_| ControlFlow::Continue(()));
+    assert!(matches!(
+        stalled,
+        Err(RunError::Sampler(SamplerError::Stalled { .. }))
+    ));
+    assert!(
+        Slice::new(SliceConfig {
+            replaced: 0.9,
+            ..SliceConfig::new(2, 50)
+        })
+        .is_err()
+    );
+}
+
+#[test]
+fn a_peak_across_the_edge_of_a_circle_is_one_mode() {
+    // exp(κ cos 2πx), a Gaussian in y: Z = I0(κ) σ sqrt(2π).
+    let kappa = 20.0;
+    let log_l = |u: &[f64]| {
+        kappa * (std::f64::consts::TAU * u[0]).cos() - (u[1] - 0.5).powi(2) / (2.0 * 0.0025)
+    };
+    let bessel =
+        (0..1000).map(|i| (kappa * (std::f64::consts::TAU * f64::from(i) / 1e3).cos()).exp());
+    let exact = (bessel.sum::<f64>() / 1e3 * 0.05 * std::f64::consts::TAU.sqrt()).ln();
+    for seed in SEEDS.take(3) {
+        let ellipsoids = |wrapped| {
+            let config = MultiNestConfig {
+                seed,
+                wrapped,
+                ..MultiNestConfig::new(2, 300)
+            };
+            solve(config, log_l)
+        };
+        let slices = |wrapped| {
+            let config = SliceConfig {
+                seed,
+                wrapped,
+                ..SliceConfig::new(2, 300)
+            };
+            solve_by_slices(config, log_l)
+        };
+        for run in [ellipsoids(vec![0]), slices(vec![0])] {
+            let evidence = run.evidence();
+            let limit = 4.0 * evidence.log_z_err;
+            assert!(
+                (evidence.log_z - exact).abs() < limit,
+                "{evidence:?} {exact}"
+            );
+            assert_eq!(run.modes().len(), 1);
+            let mut u = run.dead.iter().flat_map(|dead| &dead.u);
+            assert!(u.all(|x| (0.0..1.0).contains(x)));
+        }
+        assert_eq!(ellipsoids(vec![]).modes().len(), 2);
+    }
+}
+
+#[test]
+fn merged_runs_are_one_run_with_more_live_points() {
+    let problem = problems::correlated_gaussian(2);
+    let one = |seed| {
+        let config = MultiNestConfig {
+            mode_dims: vec![],
+            seed,
+            ..MultiNestConfig::new(2, 200)
+        };
+        solve(config, |u| problem.log_l(u))
+    };
+    let single = one(1).evidence();
+    let merged = NestedRun::merge(SEEDS.take(4).map(one).collect()).unwrap();
+    assert_eq!(merged.live_counts()[0], 800);
+    let evidence = merged.evidence();
+    assert!(
+        evidence.log_z.abs() < 4.0 * evidence.log_z_err,
+        "{evidence:?}"
+    );
+    let ratio = single.log_z_err / evidence.log_z_err;
+    assert!((ratio - 2.0).abs() < 0.5, "{ratio}");
+    assert!(evidence.ess > 3.0 * single.ess);
+    let divided = solve_problem(&problems::himmelblau(), 200, 1);
+    assert_eq!(
+        NestedRun::merge(vec![one(1), divided]),
+        Err(MergeError::Modes { run: 1 })
+    );
+    assert_eq!(NestedRun::merge(vec![]), Err(MergeError::Empty));
+}
+
+#[test]
+fn a_good_run_passes_its_health_checks() {
+    let problem = problems::himmelblau();
+    let mut ratios = Vec::new();
+    for seed in SEEDS.take(4) {
+        let run = solve_problem(&problem, 400, seed);
+        let test = run.insertion_test();
+        assert!(test.p_value > 1e-3 && test.n > 1000, "{test:?}");
+        ratios.push(run.log_z_err_bootstrap(100) / run.evidence().log_z_err);
+        assert!(run.efficiency() > 0.05 && run.efficiency() < 1.0);
+        let history = run.live_history();
+        let steps: usize = history.iter().map(|mode| mode.steps.len()).sum();
+        assert_eq!(steps, run.dead.len());
+        assert_eq!(history[0].steps[0].2, 400);
+    }
+    let ratio = ratios.iter().sum::<f64>() / 4.0;
+    assert!(
+        (ratio - 1.0).abs() < 0.25,
+        "bootstrap {ratio} times the quoted error"
     );
 }

@@ -1,13 +1,18 @@
 //! A table that is read.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use rubbl_casatables::{TableError, TableOpenMode, TableRecord};
 
 use super::cell::{Cell, Value};
+use super::range::{Ranges, Read};
 use super::{Handle, lock, words};
 use crate::ReadError;
+
+/// What the main table is called in messages.
+const MAIN: &str = "MAIN";
 
 /// A table, open for reading.
 pub(crate) struct Table {
@@ -16,6 +21,8 @@ pub(crate) struct Table {
     /// `MAIN`, or the name of a subtable.
     name: String,
     handle: Handle,
+    /// For reading many cells at once; opened when that is first done.
+    ranges: Option<Ranges>,
     columns: BTreeSet<String>,
     /// Rows.
     pub(crate) n_row: u64,
@@ -45,7 +52,7 @@ pub(crate) struct Reference {
 impl Table {
     /// Opens the main table.
     pub(crate) fn open(root: &Path) -> Result<Self, ReadError> {
-        Self::open_in(root, "MAIN", root)
+        Self::open_in(root, MAIN, root)
     }
 
     /// Opens a subtable.
@@ -75,6 +82,7 @@ impl Table {
             root: root.to_owned(),
             name: name.to_owned(),
             handle,
+            ranges: None,
         })
     }
 
@@ -125,6 +133,64 @@ impl Table {
             return Err(self.cell_error(column, row, what));
         }
         Ok(values)
+    }
+
+    /// The values of the cells of some rows, which must all have that shape, slowest axis first; none
+    /// where a cell is one value.
+    pub(crate) fn rows<T: Value>(
+        &mut self,
+        column: &str,
+        rows: Range<u64>,
+        shape: &[usize],
+    ) -> Result<Vec<T>, ReadError> {
+        self.check_place(column, rows.end.saturating_sub(1))?;
+        let per_row: usize = shape.iter().product();
+        let n_row = (rows.end - rows.start) as usize;
+        let mut values = vec![T::default(); n_row * per_row];
+        match self.read_range(column, rows.start, shape, &mut values) {
+            Read::Fine => return Ok(values),
+            Read::Failed(what) => {
+                self.handle.broken = Some(what.clone());
+                return Err(self.cell_error(column, rows.start, unreadable(&what)));
+            }
+            Read::Irregular => {}
+        }
+        // Which cell it is, and what about it, is found one by one.
+        values.clear();
+        for row in rows {
+            if shape.is_empty() {
+                values.push(self.scalar(column, row)?);
+            } else {
+                values.extend(self.shaped::<T>(column, row, shape)?);
+            }
+        }
+        Ok(values)
+    }
+
+    fn read_range<T: Value>(
+        &mut self,
+        column: &str,
+        row: u64,
+        shape: &[usize],
+        values: &mut [T],
+    ) -> Read {
+        if let Some(why) = &self.handle.broken {
+            return Read::Failed(why.clone());
+        }
+        if self.ranges.is_none() {
+            let path = match self.name.as_str() {
+                MAIN => self.root.clone(),
+                name => self.root.join(name),
+            };
+            match Ranges::open(&path) {
+                Ok(ranges) => self.ranges = Some(ranges),
+                Err(what) => return Read::Failed(what),
+            }
+        }
+        match &mut self.ranges {
+            Some(ranges) => ranges.read(column, row, shape, values),
+            None => Read::Irregular,
+        }
     }
 
     /// The text of a cell.

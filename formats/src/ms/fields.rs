@@ -104,6 +104,7 @@ fn read_row(
         ra_rad: ra_rad.rem_euclid(std::f64::consts::TAU),
         dec_rad,
         frame,
+        drifts: false,
     }))
 }
 

@@ -36,6 +36,7 @@ impl Layout {
         if observation.corrs.is_empty() {
             return Err("the observation has no correlations".into());
         }
+        observation.check_phased("a Measurement Set")?;
         let windows = windows(observation)?;
         let n_chan = windows.last().map_or(0, |window| window.end);
         let row_bytes = n_chan * observation.corrs.len() * 8;

@@ -6,7 +6,7 @@ use super::antennas::Antennas;
 use super::columns::{self, Weights};
 use super::describe::describe;
 use super::fields::Fields;
-use super::rows::{self, Tables, freq_setup};
+use super::rows::{Heads, Tables};
 use super::samples::Samples;
 use super::windows::Windows;
 use crate::casa::Table;
@@ -16,6 +16,8 @@ use crate::{MsNotes, Observation, ReadError, VisChunk, VisReader};
 
 /// Rows looked at to tell which way the baselines run.
 const DIRECTION_ROWS: u64 = 64;
+/// Most values of a column that are read at a time, unless a row has more.
+const MAX_VALUES: usize = 1 << 19;
 /// How casacore's importers, CASA and pyuvdata have them run.
 const DIRECTION: direction::Words = direction::Words {
     coordinates: "UVW",
@@ -24,7 +26,8 @@ const DIRECTION: direction::Words = direction::Words {
 
 /// Reads a Measurement Set.
 ///
-/// Holds one row, besides what casacore keeps: the tiles that the row is in. The rows of a chunk
+/// Holds what a few thousand rows say besides their samples, and what casacore keeps: the tiles that the
+/// rows are in. The rows of a chunk
 /// have the same number of channels: where that changes the chunk ends. After an error the chunk is
 /// empty: [`rewind`](VisReader::rewind) before reading on.
 #[derive(Debug)]
@@ -34,6 +37,7 @@ pub struct MsReader {
     tables: Tables,
     samples: Samples,
     next_row: u64,
+    heads: Heads,
     odd: OddSamples,
 }
 
@@ -44,6 +48,18 @@ impl MsReader {
     /// # Errors
     /// The directory is no Measurement Set, is damaged, or holds what we cannot read.
     pub fn open(path: &Path, data_column: Option<&str>) -> Result<Self, ReadError> {
+        Self::open_with(path, data_column, &[])
+    }
+
+    /// As [`open`](Self::open), and reads only rows of the spectral windows `spws`, unless there are none.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open), or there is no such spectral window.
+    pub fn open_with(
+        path: &Path,
+        data_column: Option<&str>,
+        spws: &[i64],
+    ) -> Result<Self, ReadError> {
         let mut main = Table::open(path)?;
         if !["UVW", "ANTENNA1", "DATA_DESC_ID"]
             .iter()
@@ -61,7 +77,7 @@ impl MsReader {
         let tables = Tables {
             antennas: Antennas::read(path)?,
             fields: Fields::read(path)?,
-            windows: Windows::read(path, first, &mut warnings)?,
+            windows: Windows::read(path, first, spws, &mut warnings)?,
         };
         let samples = Samples {
             data: columns::data(&mut main, data_column)?,
@@ -76,6 +92,7 @@ impl MsReader {
         observation.ms = Some(MsNotes {
             data_column: samples.data.clone(),
             weight_column: samples.weights.column.to_owned(),
+            spw_s: tables.windows.spw_s.clone(),
         });
         let mut reader = Self {
             main,
@@ -83,6 +100,7 @@ impl MsReader {
             tables,
             samples,
             next_row: 0,
+            heads: Heads::default(),
             odd: OddSamples::default(),
         };
         reader.judge_direction();
@@ -95,8 +113,11 @@ impl MsReader {
         let mut evidence = Vec::new();
         for row in (0..n_row).step_by(n_row.div_ceil(DIRECTION_ROWS) as usize) {
             // A row that is wrong is an error when its turn comes; there is no use in meeting it twice.
-            let Ok((head, _)) = rows::read(&mut self.main, row, &self.tables) else {
+            let Ok(heads) = Heads::read(&mut self.main, row, 1) else {
                 break;
+            };
+            let Ok((head, _)) = heads.get(&self.main, row, &self.tables) else {
+                continue;
             };
             let field = &self.observation.fields[head.field as usize];
             let antennas = &self.observation.antennas;
@@ -111,36 +132,75 @@ impl MsReader {
         self.observation.warnings.extend(verdict);
     }
 
-    /// Channels of a row.
-    fn n_chan(&mut self, row: u64) -> Result<usize, ReadError> {
-        let setup = freq_setup(&mut self.main, row, &self.tables)?;
-        Ok(self.tables.windows.setups[setup as usize].freq_hz_f.len())
+    /// Goes on to the next row that is wanted, if there is one; its head is held then.
+    fn skip(&mut self) -> Result<bool, ReadError> {
+        while self.next_row < self.main.n_row {
+            if !self.heads.has(self.next_row) {
+                self.heads = Heads::read(&mut self.main, self.next_row, u64::MAX)?;
+            }
+            let description = self.heads.description(self.next_row);
+            if self.tables.windows.is_wanted(description) {
+                return Ok(true);
+            }
+            self.next_row += 1;
+        }
+        Ok(false)
     }
 
-    /// Appends the next row to a chunk of its shape.
-    fn append(&mut self, chunk: &mut VisChunk) -> Result<(), ReadError> {
-        let row = self.next_row;
-        let (head, is_flagged) = rows::read(&mut self.main, row, &self.tables)?;
-        let n_odd = self
-            .samples
-            .append(&mut self.main, row, is_flagged, chunk)?;
-        chunk.push(&head);
-        chunk.n_row += 1;
-        self.odd.add(n_odd, row);
-        self.next_row += 1;
-        Ok(())
+    /// Appends the heads of the next rows, all of `n_chan` channels and at most `n_most`, as many as are
+    /// held and wanted; returns whether each is bad as a whole.
+    fn append_heads(
+        &mut self,
+        n_chan: usize,
+        n_most: usize,
+        chunk: &mut VisChunk,
+    ) -> Result<Vec<bool>, ReadError> {
+        let mut all_bad = Vec::new();
+        while all_bad.len() < n_most && self.heads.has(self.next_row) {
+            let description = self.heads.description(self.next_row);
+            if !self.tables.windows.is_wanted(description) {
+                break;
+            }
+            let (head, is_bad) = self.heads.get(&self.main, self.next_row, &self.tables)?;
+            if self.n_chan(head.freq_setup) != n_chan {
+                break;
+            }
+            chunk.push(&head);
+            all_bad.push(is_bad);
+            self.next_row += 1;
+        }
+        Ok(all_bad)
+    }
+
+    fn n_chan(&self, setup: u32) -> usize {
+        self.tables.windows.setups[setup as usize].freq_hz_f.len()
     }
 
     fn fill(&mut self, chunk: &mut VisChunk) -> Result<(), ReadError> {
-        let n_row = self.main.n_row;
-        while chunk.n_row < chunk.max_row.max(1) && self.next_row < n_row {
-            let n_chan = self.n_chan(self.next_row)?;
+        let n_corr = self.observation.corrs.len();
+        while chunk.n_row < chunk.max_row.max(1) && self.skip()? {
+            let first = self.next_row;
+            let (head, _) = self.heads.get(&self.main, first, &self.tables)?;
+            let n_chan = self.n_chan(head.freq_setup);
             if chunk.n_row == 0 {
-                chunk.clear(n_chan, self.observation.corrs.len());
+                chunk.clear(n_chan, n_corr);
             } else if n_chan != chunk.n_chan {
                 break;
             }
-            self.append(chunk)?;
+            let room = chunk.max_row.max(1) - chunk.n_row;
+            let most = (MAX_VALUES / (n_chan * n_corr)).clamp(1, room);
+            let all_bad = self.append_heads(n_chan, most, chunk)?;
+            let odd = self
+                .samples
+                .append(&mut self.main, first, &all_bad, chunk)?;
+            chunk.n_row += all_bad.len();
+            for (row, n_odd) in (first..).zip(odd) {
+                self.odd.add(n_odd, row);
+            }
+        }
+        // What is not wanted at the end is done with.
+        if chunk.n_row < chunk.max_row.max(1) {
+            self.skip()?;
         }
         Ok(())
     }
@@ -168,7 +228,12 @@ impl VisReader for MsReader {
 
     fn rewind(&mut self) -> Result<(), ReadError> {
         self.next_row = 0;
+        self.heads = Heads::default();
         self.odd.rewind();
         Ok(())
+    }
+
+    fn n_row_read(&self) -> u64 {
+        self.next_row
     }
 }

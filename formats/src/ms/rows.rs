@@ -19,62 +19,107 @@ pub(super) struct Tables {
     pub(super) windows: Windows,
 }
 
-/// A row without its visibilities, and whether all of it is bad.
-pub(super) fn read(
-    main: &mut Table,
-    row: u64,
-    tables: &Tables,
-) -> Result<(RowHead, bool), ReadError> {
-    let uvw_m = main.shaped::<f64>("UVW", row, &[3])?;
-    let time_mjd = main.scalar::<f64>("TIME", row)? / DAY_S;
-    for (column, values) in [("UVW", uvw_m.as_slice()), ("TIME", &[time_mjd])] {
-        if let Some(bad) = values.iter().find(|x| !x.is_finite()) {
-            return Err(main.cell_error(column, row, format!("{bad} is not finite")));
-        }
+/// Most rows whose heads are read at a time.
+const MAX_HEADS: u64 = 4096;
+
+/// What some rows say besides their visibilities.
+#[derive(Debug, Default)]
+pub(super) struct Heads {
+    first: u64,
+    uvw_m: Vec<f64>,
+    time_s: Vec<f64>,
+    interval_s: Vec<f64>,
+    ants: [Vec<i32>; 2],
+    field: Vec<i32>,
+    description: Vec<i32>,
+    flag_row: Vec<bool>,
+}
+
+impl Heads {
+    /// The heads of the rows from `row` on, at most `n_most`.
+    pub(super) fn read(main: &mut Table, row: u64, n_most: u64) -> Result<Self, ReadError> {
+        let end = (row + n_most.min(MAX_HEADS)).min(main.n_row);
+        let rows = || row..end;
+        Ok(Self {
+            first: row,
+            uvw_m: main.rows("UVW", rows(), &[3])?,
+            time_s: main.rows("TIME", rows(), &[])?,
+            interval_s: intervals_s(main, row, end)?,
+            ants: [
+                main.rows("ANTENNA1", rows(), &[])?,
+                main.rows("ANTENNA2", rows(), &[])?,
+            ],
+            field: main.rows("FIELD_ID", rows(), &[])?,
+            description: main.rows("DATA_DESC_ID", rows(), &[])?,
+            flag_row: main.rows("FLAG_ROW", rows(), &[])?,
+        })
     }
-    let ants = [
-        antenna(main, "ANTENNA1", row, tables)?,
-        antenna(main, "ANTENNA2", row, tables)?,
-    ];
-    let number = main.scalar::<i32>("FIELD_ID", row)?;
-    let field = tables.fields.find(number);
-    let is_flagged = main.scalar::<bool>("FLAG_ROW", row)?
-        || ants.iter().any(|&ant| tables.antennas.is_flagged(ant));
-    let head = RowHead {
-        uvw_m: [uvw_m[0], uvw_m[1], uvw_m[2]],
-        time_mjd,
-        interval_s: interval_s(main, row)?,
-        ants,
-        field: field.map_err(|what| main.cell_error("FIELD_ID", row, what))?,
-        freq_setup: freq_setup(main, row, tables)?,
-    };
-    Ok((head, is_flagged))
-}
 
-/// The place in the set-ups of a row's spectral window.
-pub(super) fn freq_setup(main: &mut Table, row: u64, tables: &Tables) -> Result<u32, ReadError> {
-    let number = main.scalar::<i32>("DATA_DESC_ID", row)?;
-    let setup = tables.windows.find(number);
-    setup.map_err(|what| main.cell_error("DATA_DESC_ID", row, what))
-}
+    /// Whether the head of a row is held.
+    pub(super) fn has(&self, row: u64) -> bool {
+        row.checked_sub(self.first)
+            .is_some_and(|at| at < self.time_s.len() as u64)
+    }
 
-fn antenna(main: &mut Table, column: &str, row: u64, tables: &Tables) -> Result<u32, ReadError> {
-    let number = main.scalar::<i32>(column, row)?;
-    tables.antennas.find(number).ok_or_else(|| {
-        let what = format!("antenna {number} is not in table ANTENNA");
-        main.cell_error(column, row, what)
-    })
+    /// The number of the data description of a row that is held.
+    pub(super) fn description(&self, row: u64) -> i32 {
+        self.description[(row - self.first) as usize]
+    }
+
+    /// A row that is held, and whether all of it is bad.
+    pub(super) fn get(
+        &self,
+        main: &Table,
+        row: u64,
+        tables: &Tables,
+    ) -> Result<(RowHead, bool), ReadError> {
+        let at = (row - self.first) as usize;
+        let uvw_m = [0, 1, 2].map(|d| self.uvw_m[3 * at + d]);
+        let time_mjd = self.time_s[at] / DAY_S;
+        for (column, values) in [("UVW", uvw_m.as_slice()), ("TIME", &[time_mjd])] {
+            if let Some(bad) = values.iter().find(|x| !x.is_finite()) {
+                return Err(main.cell_error(column, row, format!("{bad} is not finite")));
+            }
+        }
+        let antenna = |column, number| {
+            tables.antennas.find(number).ok_or_else(|| {
+                let what = format!("antenna {number} is not in table ANTENNA");
+                main.cell_error(column, row, what)
+            })
+        };
+        let ants = [
+            antenna("ANTENNA1", self.ants[0][at])?,
+            antenna("ANTENNA2", self.ants[1][at])?,
+        ];
+        let field = tables.fields.find(self.field[at]);
+        let setup = tables.windows.find(self.description[at]);
+        let head = RowHead {
+            uvw_m,
+            time_mjd,
+            interval_s: self.interval_s[at],
+            ants,
+            field: field.map_err(|what| main.cell_error("FIELD_ID", row, what))?,
+            freq_setup: setup.map_err(|what| main.cell_error("DATA_DESC_ID", row, what))?,
+        };
+        let is_flagged =
+            self.flag_row[at] || ants.iter().any(|&ant| tables.antennas.is_flagged(ant));
+        Ok((head, is_flagged))
+    }
 }
 
 /// How long was integrated, or else the time that a row stands for; NaN where neither is said.
-fn interval_s(main: &mut Table, row: u64) -> Result<f64, ReadError> {
+fn intervals_s(main: &mut Table, row: u64, end: u64) -> Result<Vec<f64>, ReadError> {
+    let mut found = vec![f64::NAN; (end - row) as usize];
     for column in ["EXPOSURE", "INTERVAL"] {
-        if main.has(column) {
-            let value_s = main.scalar::<f64>(column, row)?;
-            if value_s.is_finite() && value_s > 0.0 {
-                return Ok(value_s);
+        if !found.iter().any(|s| s.is_nan()) || !main.has(column) {
+            continue;
+        }
+        let values_s = main.rows::<f64>(column, row..end, &[])?;
+        for (interval_s, value_s) in found.iter_mut().zip(values_s) {
+            if interval_s.is_nan() && value_s.is_finite() && value_s > 0.0 {
+                *interval_s = value_s;
             }
         }
     }
-    Ok(f64::NAN)
+    Ok(found)
 }

@@ -16,28 +16,48 @@ pub(super) struct Samples {
 }
 
 impl Samples {
-    /// Appends the samples of a row to a chunk of the shape of that row; returns how many were not
-    /// finite though not flagged.
+    /// Appends the samples of rows to a chunk of their shape, where `all_bad` tells which rows are bad
+    /// as a whole; returns how many of each were not finite though not flagged.
     pub(super) fn append(
         &self,
         main: &mut Table,
-        row: u64,
-        all_flagged: bool,
+        first: u64,
+        all_bad: &[bool],
         chunk: &mut VisChunk,
-    ) -> Result<u64, ReadError> {
+    ) -> Result<Vec<u64>, ReadError> {
+        let rows = || first..first + all_bad.len() as u64;
         let shape = [chunk.n_chan, chunk.n_corr];
-        let vis = main.shaped::<Complex<f32>>(&self.data, row, &shape)?;
-        let flags = main.shaped::<bool>("FLAG", row, &shape)?;
-        let column = self.weights.column;
+        let vis = main.rows::<Complex<f32>>(&self.data, rows(), &shape)?;
+        let flags = main.rows::<bool>("FLAG", rows(), &shape)?;
         // All channels alike have the weights of one.
         let wanted = if self.weights.by_channel {
             &shape[..]
         } else {
             &shape[1..]
         };
-        let weights = main.shaped::<f32>(column, row, wanted)?;
+        let weights = main.rows::<f32>(self.weights.column, rows(), wanted)?;
+        let per_row = chunk.values_per_row();
+        chunk.vis_jy_rfp.reserve(vis.len());
+        chunk.weight_rfp.reserve(vis.len());
+        chunk.flag_rfp.reserve(vis.len());
+        let values = vis.chunks_exact(per_row).zip(flags.chunks_exact(per_row));
+        let weights = weights.chunks_exact(wanted.iter().product());
+        let rows = values.zip(weights).zip(all_bad);
+        Ok(rows
+            .map(|(((vis, flags), weights), &bad)| self.append_row(vis, flags, weights, bad, chunk))
+            .collect())
+    }
+
+    fn append_row(
+        &self,
+        vis: &[Complex<f32>],
+        flags: &[bool],
+        weights: &[f32],
+        all_flagged: bool,
+        chunk: &mut VisChunk,
+    ) -> u64 {
         let mut n_odd = 0;
-        for ((stored, &bad), &value) in vis.iter().zip(&flags).zip(weights.iter().cycle()) {
+        for ((stored, &bad), &value) in vis.iter().zip(flags).zip(weights.iter().cycle()) {
             let bad = bad || all_flagged;
             let weight = self.weights.weight(value);
             let signed = if bad { -weight.abs() } else { weight };
@@ -47,6 +67,6 @@ impl Samples {
             chunk.flag_rfp.push(flag);
             n_odd += u64::from(odd && !bad);
         }
-        Ok(n_odd)
+        n_odd
     }
 }

@@ -15,18 +15,22 @@ const MAX_CHANNELS: usize = 4 << 20;
 /// The data descriptions: each is a spectral window and a set of correlations.
 #[derive(Debug)]
 pub(super) struct Windows {
-    /// The windows of the descriptions with the correlations of the first row.
+    /// The windows of the wanted descriptions with the correlations of the first of them.
     pub(super) setups: Vec<FreqSetup>,
     pub(super) corrs: Vec<Corr>,
-    /// The set-up of each description, or why it has none.
-    places: Vec<Result<u32, String>>,
+    /// The row in `SPECTRAL_WINDOW` of each set-up.
+    pub(super) spw_s: Vec<u32>,
+    /// The set-up of each description, or why it has none; nothing where it is not wanted.
+    places: Vec<Option<Result<u32, String>>>,
 }
 
 impl Windows {
-    /// `first` is the description of the first row of the main table.
+    /// `first` is the description of the first row of the main table; of the others only those of the
+    /// spectral windows `spws` are wanted, or all where there are none.
     pub(super) fn read(
         root: &Path,
         first: i32,
+        spws: &[i64],
         warnings: &mut Vec<String>,
     ) -> Result<Self, ReadError> {
         let mut descriptions = Table::open_sub(root, "DATA_DESCRIPTION")?;
@@ -35,33 +39,43 @@ impl Windows {
         if descriptions.n_row > MAX_SUBTABLE_ROWS {
             return Err(descriptions.malformed(format!("has {} rows", descriptions.n_row)));
         }
-        let first = u64::try_from(first).unwrap_or(u64::MAX);
+        let mut ids = Vec::new();
+        for row in 0..descriptions.n_row {
+            ids.push(descriptions.scalar::<i32>("SPECTRAL_WINDOW_ID", row)?);
+        }
+        let first = first_wanted(&descriptions, &ids, first, spws)?;
         let id = descriptions.scalar("POLARIZATION_ID", first)?;
         let corrs = corrs_of(&mut polarizations, id)??;
         let mut windows = Self {
             setups: Vec::new(),
             corrs,
+            spw_s: Vec::new(),
             places: Vec::new(),
         };
         let mut n_chan = 0;
-        for row in 0..descriptions.n_row {
+        for (row, &spw) in (0..).zip(&ids) {
+            if !spws.is_empty() && !spws.contains(&spw.into()) {
+                windows.places.push(None);
+                continue;
+            }
             let id = descriptions.scalar("POLARIZATION_ID", row)?;
             let found = match corrs_of(&mut polarizations, id)? {
                 Ok(corrs) if corrs == windows.corrs => {
-                    let id = descriptions.scalar("SPECTRAL_WINDOW_ID", row)?;
-                    let setup = channels(&mut spectral, id, warnings)?;
+                    let setup = channels(&mut spectral, spw, warnings)?;
                     n_chan += setup.freq_hz_f.len();
                     windows.setups.push(setup);
+                    windows.spw_s.push(spw.unsigned_abs());
                     Ok(windows.setups.len() as u32 - 1)
                 }
                 Ok(corrs) => Err(format!(
-                    "data description {row} has correlations {corrs:?}, that of the first row has \
-                     {:?}; rows of different correlations are not read: split them",
+                    "data description {row} (spectral window {spw}) has correlations {corrs:?}, that \
+                     of the first row has {:?}; spectral windows of different correlations cannot be \
+                     read at once: choose some that agree, with --spw",
                     windows.corrs
                 )),
                 Err(error) => Err(error.to_string()),
             };
-            windows.places.push(found);
+            windows.places.push(Some(found));
             if n_chan > MAX_CHANNELS {
                 let what = format!("more than {MAX_CHANNELS} channels in all windows are not read");
                 return Err(spectral.malformed(what));
@@ -70,14 +84,43 @@ impl Windows {
         Ok(windows)
     }
 
+    /// Whether rows of a description are wanted.
+    pub(super) fn is_wanted(&self, number: i32) -> bool {
+        let row = usize::try_from(number).ok();
+        !matches!(row.and_then(|row| self.places.get(row)), Some(None))
+    }
+
     /// The place in the set-ups of a description; errors in words.
     pub(super) fn find(&self, number: i32) -> Result<u32, String> {
         let row = usize::try_from(number).ok();
         match row.and_then(|row| self.places.get(row)) {
-            Some(place) => place.clone(),
+            Some(Some(place)) => place.clone(),
+            Some(None) => Err(format!("data description {number} is not wanted")),
             None => Err(format!("data description {number} is not in its table")),
         }
     }
+}
+
+/// The description that says what correlations are read: that of the first row, or else the first of
+/// the spectral windows wanted.
+fn first_wanted(
+    descriptions: &Table,
+    ids: &[i32],
+    first: i32,
+    spws: &[i64],
+) -> Result<u64, ReadError> {
+    if spws.is_empty() {
+        return Ok(u64::try_from(first).unwrap_or(u64::MAX));
+    }
+    if let Some(missing) = spws
+        .iter()
+        .find(|spw| !ids.iter().any(|id| i64::from(*id) == **spw))
+    {
+        let what = format!("there is no spectral window {missing}; there are: {ids:?}");
+        return Err(descriptions.unsupported("SPECTRAL_WINDOW_ID", 0, what));
+    }
+    let at = ids.iter().position(|id| spws.contains(&i64::from(*id)));
+    Ok(at.map_or(u64::MAX, |at| at as u64))
 }
 
 /// The correlations of a row of `POLARIZATION`. What is unknown there is an error of its own, since

@@ -69,6 +69,7 @@ impl Plan {
             .fields
             .first()
             .ok_or("the observation has no phase centre")?;
+        observation.check_phased("UVFITS")?;
         if observation
             .fields
             .iter()

@@ -304,6 +304,10 @@ impl VisReader for UvfitsReader {
             .map_err(|e| self.place.io(e))?;
         Ok(())
     }
+
+    fn n_row_read(&self) -> u64 {
+        self.next_row
+    }
 }
 
 /// Tells random groups from everything else that a FITS file may be.

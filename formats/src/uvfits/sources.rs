@@ -81,6 +81,7 @@ fn from_header(hdu: &Hdu, axes: &Axes, warnings: &mut Vec<String>) -> Result<Fie
         ra_rad: ra_deg.to_radians(),
         dec_rad: dec_deg.to_radians(),
         frame: frame::read(header, warnings)?,
+        drifts: false,
     })
 }
 
@@ -132,6 +133,7 @@ fn from_table(
             } else {
                 frame::from_equinox(epoch)
             },
+            drifts: false,
         });
         sources.numbers.push(numbers.row(row)[0] as i64);
     }

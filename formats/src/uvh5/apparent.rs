@@ -10,6 +10,7 @@ use sofars::astro::atci13;
 use sofars::consts::DJM0;
 
 use crate::Field;
+use crate::date::{DEG_PER_DAY, gmst0_deg};
 
 /// Terrestrial time is this far ahead of UTC [day]: 69 s since 2017. A minute moves no place by as
 /// much as a milliarcsecond.
@@ -35,21 +36,48 @@ pub(super) struct Place {
 #[derive(Debug, Default)]
 pub(super) struct Places {
     kept: HashMap<(u32, u64), Place>,
+    /// Longitude and latitude of the array [rad].
+    array_rad: [f64; 2],
 }
 
 impl Places {
+    /// For an array at that longitude and latitude [deg].
+    pub(super) fn new(longitude_deg: f64, latitude_deg: f64) -> Self {
+        Self {
+            array_rad: [longitude_deg.to_radians(), latitude_deg.to_radians()],
+            ..Self::default()
+        }
+    }
+
     /// The place of `field`, whose number is `index`, at a time.
     pub(super) fn at(&mut self, index: u32, field: &Field, mjd: f64) -> Place {
         let key = (index, mjd.to_bits());
         if let Some(place) = self.kept.get(&key) {
             return *place;
         }
-        let place = place(field, mjd);
+        let place = if field.drifts {
+            self.zenith(mjd)
+        } else {
+            place(field, mjd)
+        };
         if self.kept.len() >= MAX_KEPT {
             self.kept.clear();
         }
         self.kept.insert(key, place);
         place
+    }
+}
+
+impl Places {
+    /// The zenith, which is what data that are not phased refer to.
+    fn zenith(&self, mjd: f64) -> Place {
+        let gmst_deg = gmst0_deg(mjd) + mjd.fract() * DEG_PER_DAY;
+        let [longitude_rad, latitude_rad] = self.array_rad;
+        Place {
+            ra_rad: (gmst_deg.to_radians() + longitude_rad).rem_euclid(std::f64::consts::TAU),
+            dec_rad: latitude_rad,
+            frame_pa_rad: 0.0,
+        }
     }
 }
 

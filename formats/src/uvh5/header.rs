@@ -142,6 +142,10 @@ fn write_centres(header: &NewGroup, fields: &[Field]) -> Result<(), String> {
     let catalog = header.group("phase_center_catalog")?;
     for (i, field) in fields.iter().enumerate() {
         let entry = catalog.group(&i.to_string())?;
+        if field.drifts {
+            unprojected(&entry, field)?;
+            continue;
+        }
         let (frame, epoch) = match field.frame {
             Frame::Icrs => ("icrs", 2000.0),
             Frame::Fk5(equinox) => ("fk5", equinox),
@@ -156,6 +160,16 @@ fn write_centres(header: &NewGroup, fields: &[Field]) -> Result<(), String> {
         entry.text("info_source", "file")?;
     }
     Ok(())
+}
+
+/// As pyuvdata writes what is not phased: to the zenith.
+fn unprojected(entry: &NewGroup, field: &Field) -> Result<(), String> {
+    entry.text("cat_name", named(&field.name))?;
+    entry.text("cat_type", "unprojected")?;
+    entry.value("cat_lon", 0.0)?;
+    entry.value("cat_lat", std::f64::consts::FRAC_PI_2)?;
+    entry.text("cat_frame", "altaz")?;
+    entry.text("info_source", "file")
 }
 
 fn write_notes(header: &NewGroup, observation: &Observation) -> Result<(), String> {

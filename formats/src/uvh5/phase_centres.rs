@@ -20,7 +20,14 @@ pub(super) struct PhaseCentres {
     entries: Vec<(i64, Result<u32, String>)>,
 }
 
-const UNPHASED: &str = "phase the data first, with pyuvdata's UVData.phase";
+/// What stands for a phase centre where the data are not phased.
+fn drifting(name: Option<String>) -> Field {
+    Field {
+        name: name.unwrap_or_default(),
+        drifts: true,
+        ..Field::default()
+    }
+}
 
 impl PhaseCentres {
     pub(super) fn read(header: &Group, warnings: &mut Vec<String>) -> Result<Self, ReadError> {
@@ -84,8 +91,15 @@ impl PhaseCentres {
 
     fn old(header: &Group) -> Result<Self, ReadError> {
         let kind = header.need("phase_type")?.text()?;
+        if matches!(kind.as_str(), "drift" | "unknown") {
+            return Ok(Self {
+                fields: vec![drifting(text(header, "object_name")?)],
+                has_ids: false,
+                entries: vec![(0, Ok(0))],
+            });
+        }
         if kind != "phased" {
-            let what = format!("is '{kind}': there is no phase centre; {UNPHASED}");
+            let what = format!("is '{kind}', must be 'phased', 'drift' or 'unknown'");
             return Err(header.unsupported("phase_type", what));
         }
         let frame_name = text(header, "phase_center_frame")?;
@@ -102,6 +116,7 @@ impl PhaseCentres {
             ra_rad: angle_rad(header, "phase_center_ra", std::f64::consts::TAU)?,
             dec_rad: angle_rad(header, "phase_center_dec", std::f64::consts::FRAC_PI_2)?,
             frame,
+            drifts: false,
         };
         Ok(Self {
             fields: vec![field],
@@ -119,14 +134,14 @@ fn read_entry(
 ) -> Result<Result<Field, String>, ReadError> {
     let name = entry.need("cat_name")?.text()?;
     let kind = entry.need("cat_type")?.text()?;
+    if matches!(kind.as_str(), "unprojected" | "driftscan") {
+        return Ok(Ok(drifting(Some(name))));
+    }
     if kind != "sidereal" {
-        let what = match kind.as_str() {
-            "unprojected" | "driftscan" => format!("there is no fixed phase centre; {UNPHASED}"),
-            _ => "only sidereal phase centres are read; phase the data to one, with pyuvdata's \
-                  UVData.phase"
-                .to_owned(),
-        };
-        return Ok(Err(format!("'{name}' is of type '{kind}': {what}")));
+        return Ok(Err(format!(
+            "'{name}' is of type '{kind}': only sidereal phase centres are read; phase the data to one, \
+             with pyuvdata's UVData.phase"
+        )));
     }
     let frame_name = entry.need("cat_frame")?.text()?;
     let frame = match frame(&frame_name, real(entry, "cat_epoch")?) {
@@ -144,6 +159,7 @@ fn read_entry(
         dec_rad: angle_rad(entry, "cat_lat", std::f64::consts::FRAC_PI_2)?,
         name,
         frame,
+        drifts: false,
     }))
 }
 

@@ -114,6 +114,9 @@ impl Uvh5Reader {
                 continue;
             };
             let field = &self.centres.fields[head.field as usize];
+            if field.drifts {
+                continue;
+            }
             evidence.extend(direction::compare(
                 head.uvw_m,
                 head.ants.map(|ant| self.antennas.list[ant as usize].itrf_m),
@@ -198,6 +201,10 @@ impl VisReader for Uvh5Reader {
         self.next_row = 0;
         self.odd.rewind();
         Ok(())
+    }
+
+    fn n_row_read(&self) -> u64 {
+        self.next_row as u64
     }
 }
 

@@ -98,9 +98,9 @@ impl Uvh5Writer {
             file: Some(file),
             pending,
             observation: observation.clone(),
+            places: Places::new(layout.geodetic[0], layout.geodetic[1]),
             layout,
             gathered,
-            places: Places::default(),
             tally: Tally::default(),
         })
     }

@@ -7,6 +7,7 @@ mod dialects;
 mod fixtures;
 mod made;
 mod ms;
+mod parts;
 mod real;
 mod round_trip;
 mod support;

@@ -199,6 +199,7 @@ fn the_column_of_visibilities_can_be_chosen() {
     let first = |column: Option<&str>| {
         let options = ReadOptions {
             data_column: column.map(str::to_owned),
+            ..ReadOptions::default()
         };
         let mut reader = open_with(&set.path, &options)?;
         let rows = read_rows(reader.as_mut(), 100)?;
@@ -222,6 +223,7 @@ fn the_column_of_visibilities_can_be_chosen() {
     );
     let options = ReadOptions {
         data_column: Some("DATA".into()),
+        ..ReadOptions::default()
     };
     assert!(open_with(&fixtures("good/uvh5_small.uvh5"), &options).is_err());
 }

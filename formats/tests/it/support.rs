@@ -116,6 +116,7 @@ pub(crate) fn observation(shape: &Shape) -> Observation {
         ra_rad: 0.1 + i as f64,
         dec_rad: -0.5 - 0.01 * i as f64,
         frame: Frame::Fk5(2000.0),
+        drifts: false,
     };
     let setup = |s: usize| {
         let mut setup = FreqSetup {

@@ -1,14 +1,15 @@
 //! Filling many facets from one stream of samples.
 
-use super::Facet;
 use super::cells::{self, Common};
 use super::fill::{CHANNELS, Target, fill};
+use super::outskirts::Outskirts;
 use super::plan::{FacetPlan, Reach};
 use super::resample::{HalfPlane, Mirror};
-use super::sorted::{Queue, Sorted};
+use super::sorted::{CHUNK, Queue, Sorted};
 use super::term::Centre;
+use super::{Facet, Gains, Look};
 use crate::coords::Lm;
-use crate::likelihood::{Isa, VisBlock, subtract};
+use crate::likelihood::{Extents, Isa, VisBlock, subtract};
 use crate::rime::Source;
 use crate::rime::shape::Profile;
 use num_complex::Complex;
@@ -20,6 +21,7 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub struct FacetWeights {
     pub(super) levels: Vec<Vec<Common>>,
+    pub(super) outskirts: Outskirts,
 }
 
 /// Facets on their way: [`FacetBuilder::add`] for all blocks of a stream, then
@@ -37,13 +39,27 @@ pub struct FacetBuilder {
     queue: Queue,
 }
 
+/// The imaginary part of weights.
+static ZEROS: [f32; CHUNK] = [0.0; CHUNK];
+
+/// What a grid is filled with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Content {
+    /// w s d.
+    Data,
+    /// w s².
+    Weights,
+    /// The same, as data of a point at the centre.
+    Products,
+}
+
 /// The fine grids of a facet, level after level.
 #[derive(Debug)]
 struct Grid {
+    content: Content,
     centre: Centre,
-    /// Where the factors of the instrument are those of.
-    seen: Lm,
-    tilt: Tilt,
+    /// Where the factors s of the instrument are those of.
+    look: Lm,
     target: Target,
     cells: Vec<f32>,
     /// Sources that are added to the data, with their flux density negated.
@@ -51,89 +67,56 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(plan: &FacetPlan, centre: Lm) -> Grid {
-        let seen = centre;
+    fn new(plan: &FacetPlan, content: Content, centre: Lm, look: Lm) -> Grid {
         let centre = Centre::new(centre);
         Grid {
-            seen,
-            tilt: Tilt::default(),
+            content,
+            look,
             centre,
             target: Target::new(plan, &centre),
             cells: vec![0.0; plan.grid_cells()],
             restored: Vec::new(),
         }
     }
-}
 
-/// How the factors s of the instrument change over a facet: Σ w s² and Σ w s ∂s/∂(l, m).
-#[derive(Debug, Clone, Copy, Default)]
-struct Tilt {
-    power: f64,
-    slope: [f64; 2],
-}
-
-/// Of so many samples one is looked at for the tilt.
-const TILT_STEP: usize = 8;
-
-impl Tilt {
-    /// Adds samples whose factors at `lm` are `gains`; `step` is a part of the facet [rad].
-    fn add(&mut self, block: &VisBlock, lm: Lm, gains: &[f32], step: f64) {
-        let Lm { l, m } = lm;
-        let beside = [Lm { l: l + step, m }, Lm { l, m: m + step }];
-        let Some(beside) = block.extents.gains_of(beside) else {
-            return;
+    /// Adds samples.
+    fn fill(&mut self, plan: &FacetPlan, isa: Isa, chunk: &Sorted) {
+        let block = self.look_at(&chunk.block);
+        let numbers: [Cow<[f32]>; 2] = match self.content {
+            Content::Weights => [(&block.weight).into(), (&ZEROS[..block.len()]).into()],
+            _ => [(&block.weighted_re).into(), (&block.weighted_im).into()],
         };
-        for k in (0..block.len()).step_by(TILT_STEP) {
-            let (weight, gain) = (f64::from(block.weight[k]), f64::from(gains[k]));
-            self.power += weight * gain * gain;
-            for (slope, beside) in self.slope.iter_mut().zip(&beside) {
-                let change = f64::from(block.gain_at(beside, k)) - gain;
-                *slope += weight * gain * change / step;
+        let numbers = match chunk.block.gains(self.look) {
+            None => numbers,
+            Some(mut gains) => {
+                if self.content != Content::Data {
+                    gains.iter_mut().for_each(|gain| *gain *= *gain);
+                }
+                let seen = |n: Cow<[f32]>| n.iter().zip(&gains).map(|(n, gain)| n * gain).collect();
+                numbers.map(seen)
             }
-        }
-    }
-
-    /// ∂ ln s of the mean factor.
-    fn relative(&self) -> [f64; 2] {
-        let per_power = if self.power > 0.0 {
-            1.0 / self.power
-        } else {
-            0.0
         };
-        self.slope.map(|slope| slope * per_power)
-    }
-}
-
-impl Grid {
-    /// The numbers to grid: those of the samples, or their weights, with the factors of the instrument.
-    fn numbers<'a>(
-        &mut self,
-        block: &'a VisBlock,
-        is_weights: bool,
-        step: f64,
-    ) -> [Cow<'a, [f32]>; 2] {
-        let numbers: [Cow<[f32]>; 2] = if is_weights {
-            [(&block.weight).into(), vec![0.0; block.len()].into()]
-        } else {
-            [(&block.weighted_re).into(), (&block.weighted_im).into()]
-        };
-        let Some(gains) = block.gains(self.seen) else {
-            return numbers;
-        };
-        let seen =
-            |(number, gain): (&f32, &f32)| number * if is_weights { gain * gain } else { *gain };
-        let numbers = numbers.map(|n| n.iter().zip(&gains).map(seen).collect::<Vec<_>>().into());
-        if !is_weights {
-            self.tilt.add(block, self.seen, &gains, step);
-        }
-        numbers
+        let data = [&numbers[0][..], &numbers[1][..]];
+        fill(
+            isa,
+            &plan.spread,
+            &self.target,
+            chunk,
+            data,
+            &mut self.cells,
+        );
     }
 
     /// The samples with the sources that this facet puts back.
     fn look_at<'a>(&self, block: &'a VisBlock) -> Cow<'a, VisBlock> {
         let mut block = Cow::Borrowed(block);
         if !self.restored.is_empty() {
-            subtract(block.to_mut(), &self.restored);
+            let block = block.to_mut();
+            if self.content == Content::Products {
+                // The point that stands for the weights has no factors of its own.
+                block.extents = Extents::default();
+            }
+            subtract(block, &self.restored);
         }
         block
     }
@@ -146,7 +129,7 @@ impl FacetBuilder {
             weights: weight_grids(&plan, centres),
             known_weights: None,
             queue: Queue::default(),
-            grids: centres.iter().map(|&lm| Grid::new(&plan, lm)).collect(),
+            grids: data_grids(&plan, centres),
             plan,
         }
     }
@@ -162,7 +145,7 @@ impl FacetBuilder {
             weights: Vec::new(),
             known_weights: Some(weights),
             queue: Queue::default(),
-            grids: centres.iter().map(|&lm| Grid::new(&plan, lm)).collect(),
+            grids: data_grids(&plan, centres),
             plan,
         }
     }
@@ -173,14 +156,18 @@ impl FacetBuilder {
     /// If there are not as many lists as facets.
     #[must_use]
     pub fn restoring(mut self, restored: Vec<Vec<Source>>) -> FacetBuilder {
-        assert_eq!(restored.len(), self.grids.len(), "one list a facet");
-        for (grid, sources) in self.grids.iter_mut().zip(restored) {
+        let grids = self.grids.chunks_exact_mut(self.plan.looks.len());
+        assert_eq!(restored.len(), grids.len(), "one list a facet");
+        for (looks, sources) in grids.zip(restored) {
             let negated = sources.into_iter().map(|source| Source {
                 flux_jy: -source.flux_jy,
                 ..source
             });
             let profile = self.plan.needs.profile;
-            grid.restored = negated.map(|source| (source, profile)).collect();
+            let negated: Vec<_> = negated.map(|source| (source, profile)).collect();
+            for grid in looks {
+                grid.restored.clone_from(&negated);
+            }
         }
         self
     }
@@ -196,7 +183,9 @@ impl FacetBuilder {
             .map(Reach::of)
             .reduce(Reach::default, Reach::union);
         assert!(
-            reach.uv <= needs.reach.uv && reach.w <= needs.reach.w,
+            reach.uv <= needs.reach.uv
+                && reach.w <= needs.reach.w
+                && reach.blur <= needs.reach.blur,
             "samples reach to {reach:?}, the facets to {:?}",
             needs.reach
         );
@@ -217,16 +206,11 @@ impl FacetBuilder {
         if chunks.is_empty() {
             return;
         }
-        let (isa, spread) = (Isa::detect(), &self.plan.spread);
-        let step = 0.25 * self.plan.needs.side_rad;
-        let data = self.grids.par_iter_mut().map(|grid| (grid, false));
-        let weights = self.weights.par_iter_mut().map(|grid| (grid, true));
-        data.chain(weights).for_each(|(grid, is_weights)| {
+        let (isa, plan) = (Isa::detect(), &self.plan);
+        let grids = self.grids.par_iter_mut().chain(&mut self.weights);
+        grids.for_each(|grid| {
             for chunk in &chunks {
-                let block = grid.look_at(&chunk.block);
-                let numbers = grid.numbers(&block, is_weights, step);
-                let [re, im] = &numbers;
-                fill(isa, spread, &grid.target, chunk, [re, im], &mut grid.cells);
+                grid.fill(plan, isa, chunk);
             }
         });
     }
@@ -248,52 +232,68 @@ impl FacetBuilder {
                 .map(|grid| Arc::new(finish_weights(&plan, &grid)))
                 .collect(),
         };
-        grids
-            .into_par_iter()
-            .enumerate()
-            .map(|(i, grid)| {
-                let data = pyramid(&plan, &grid, Mirror::Even);
-                let times_w = pyramid(&plan, &grid, Mirror::Odd);
-                Facet {
+        let look = |(i, grid): (usize, Grid)| {
+            let data = pyramid(&plan, &grid, Mirror::Even);
+            let times_w = pyramid(&plan, &grid, Mirror::Odd);
+            let packs = |(data, times_w)| cells::packs(&plan, data, times_w);
+            let look = Look {
+                levels: data.iter().zip(&times_w).map(packs).collect(),
+                // Of several grids of weights each look has its own.
+                weights: weights[i.min(weights.len() - 1)].clone(),
+            };
+            (grid.centre, look)
+        };
+        let looks: Vec<_> = grids.into_par_iter().enumerate().map(look).collect();
+        let mut facets: Vec<Facet> = Vec::new();
+        for (i, (centre, look)) in looks.into_iter().enumerate() {
+            match facets.last_mut() {
+                Some(facet) if i % plan.looks.len() != 0 => facet.looks.push(look),
+                _ => facets.push(Facet {
                     isa,
-                    centre: grid.centre,
-                    levels: data
-                        .iter()
-                        .zip(&times_w)
-                        .map(|(data, times_w)| cells::packs(&plan, data, times_w))
-                        .collect(),
+                    centre,
                     plan: plan.clone(),
-                    weights: weights[i.min(weights.len() - 1)].clone(),
-                    tilt: grid.tilt.relative(),
-                }
-            })
-            .collect()
+                    looks: vec![look],
+                }),
+            }
+        }
+        facets
     }
 }
 
-/// Grids for the weights, as the phase centre sees the baselines.
-fn weight_grids(plan: &FacetPlan, centres: &[Lm]) -> Vec<Grid> {
-    let grid = |&seen: &Lm| Grid {
-        seen,
-        ..Grid::new(plan, Lm::default())
+/// Grids for the data of each facet, one for each of its looks.
+fn data_grids(plan: &FacetPlan, centres: &[Lm]) -> Vec<Grid> {
+    let content = match plan.needs.gains {
+        Gains::Pairs(_) => Content::Products,
+        _ => Content::Data,
     };
-    if plan.needs.has_gains {
-        centres.iter().map(grid).collect()
-    } else {
-        vec![grid(&Lm::default())]
+    let grids = |&centre: &Lm| {
+        let looks = plan.looks.places(centre).into_iter();
+        looks.map(move |look| Grid::new(plan, content, centre, look))
+    };
+    centres.iter().flat_map(grids).collect()
+}
+
+/// Grids for the weights, as the phase centre sees the baselines: one for all, or one for each look.
+fn weight_grids(plan: &FacetPlan, centres: &[Lm]) -> Vec<Grid> {
+    let grid = |look| Grid::new(plan, Content::Weights, Lm::default(), look);
+    if plan.needs.gains == Gains::None {
+        return vec![grid(Lm::default())];
     }
+    let looks = centres.iter().flat_map(|&centre| plan.looks.places(centre));
+    looks.map(grid).collect()
 }
 
 fn finish_weights(plan: &FacetPlan, grid: &Grid) -> FacetWeights {
-    let levels = {
-        pyramid(plan, grid, Mirror::Even)
-            .iter()
-            .zip(&pyramid(plan, grid, Mirror::Odd))
-            .enumerate()
-            .map(|(level, (weights, times_w))| cells::common(plan, level, weights, times_w))
-            .collect()
-    };
-    FacetWeights { levels }
+    let levels: Vec<Vec<Common>> = pyramid(plan, grid, Mirror::Even)
+        .iter()
+        .zip(&pyramid(plan, grid, Mirror::Odd))
+        .enumerate()
+        .map(|(level, (weights, times_w))| cells::common(plan, level, weights, times_w))
+        .collect();
+    FacetWeights {
+        outskirts: Outskirts::new(plan, &levels),
+        levels,
+    }
 }
 
 /// The levels of `grid`, of its data or of these times w: those further in added to those before.

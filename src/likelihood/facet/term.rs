@@ -28,6 +28,14 @@ impl Centre {
             slope_v,
         }
     }
+
+    /// Where `lm` is, from here.
+    pub(super) fn offset(&self, lm: Lm) -> Lm {
+        Lm {
+            l: lm.l - self.lm.l,
+            m: lm.m - self.lm.m,
+        }
+    }
 }
 
 /// A source of unit flux density in a facet.
@@ -91,10 +99,7 @@ impl FacetTerm {
             along: unit * (p * du + r * dv),
             across: unit * s * dv,
         };
-        let offset = Lm {
-            l: source.lm.l - centre.lm.l,
-            m: source.lm.m - centre.lm.m,
-        };
+        let offset = centre.offset(source.lm);
         FacetTerm {
             profile,
             offset,
@@ -107,6 +112,15 @@ impl FacetTerm {
             curvature: -TAU * curvature(centre, source.lm, offset) * plan.needs.reach.w,
             major_rad: source.scale_rad / (1.0 - source.e.modulus()),
         }
+    }
+}
+
+impl FacetTerm {
+    /// Q at one wavelength along the axes of the shape, the smaller first.
+    pub(super) fn axes_squared(&self) -> [f64; 2] {
+        let (pp, pr, rr) = (self.p * self.p, self.p * self.r, self.r * self.r + self.s);
+        let (mean, half) = (0.5 * (pp + rr), (0.5 * (pp - rr)).hypot(pr));
+        [(mean - half).max(0.0), mean + half]
     }
 }
 

@@ -3,7 +3,7 @@
 use super::*;
 use crate::coords::Lm;
 use crate::likelihood::plain_xy;
-use crate::likelihood::samples::{PROFILES, noise, seen, sources};
+use crate::likelihood::samples::{MEERKAT, PROFILES, noise, seen, sources};
 use crate::rime::shape::Profile;
 use crate::rime::{Source, predict};
 
@@ -272,13 +272,13 @@ fn factors_of_the_instrument_are_in_x_and_y() {
     let sources = sources(60, 22);
     for profile in PROFILES {
         for isa in available() {
-            let block = seen(plain.clone());
+            let block = seen(plain.clone(), MEERKAT);
             let worst = worst_error(isa, &block, &sources, profile);
             assert!(worst < 1e-5, "{isa:?} {profile:?}: {worst:e}");
         }
     }
     // They make a difference: the data are not those of sources without them.
-    let block = seen(plain.clone());
+    let block = seen(plain.clone(), MEERKAT);
     plain.u.clone_from(&block.u);
     plain.v.clone_from(&block.v);
     plain.w.clone_from(&block.w);

@@ -44,6 +44,9 @@ const VAST: f64 = 2.3;
 /// Most points for a method of quadratic cost.
 const MAX_LINKED: usize = 1000;
 
+/// Most points by which a split is found; of larger sets, that of an even sample divides all.
+const MAX_SETTLED: usize = 500;
+
 /// A split is kept if ln of the volume falls by this much: less is chance.
 const KEEP: f64 = 0.2;
 
@@ -208,6 +211,15 @@ fn log_volume(clusters: &[Cluster]) -> f64 {
 /// The better of two ways to part a set in two: 2-means in its whitened space, which sees narrow
 /// dimensions, and in the cube's own, which sees two sets beside each other in a narrow band.
 fn two_parts(cloud: Cloud, whole: &Cluster) -> Option<[Vec<usize>; 2]> {
+    let stride = whole.index.len().div_ceil(MAX_SETTLED);
+    if stride > 1 {
+        let sample = Cluster {
+            index: whole.index.iter().step_by(stride).copied().collect(),
+            ..whole.clone()
+        };
+        let halves = two_parts(cloud, &sample)?;
+        return share_out(cloud, whole, &halves);
+    }
     let plain = whole.index.iter().flat_map(|&i| cloud.row(i)).copied();
     let white = whole
         .index
@@ -222,6 +234,16 @@ fn two_parts(cloud: Cloud, whole: &Cluster) -> Option<[Vec<usize>; 2]> {
         .filter_map(|side| settle(cloud, whole, side));
     let best = parted.min_by(|a, b| a.0.total_cmp(&b.0));
     best.map(|(_, halves)| halves)
+}
+
+/// The points of a set by which ellipsoid of two samples of it has the lower h.
+fn share_out(cloud: Cloud, whole: &Cluster, halves: &[Vec<usize>; 2]) -> Option<[Vec<usize>; 2]> {
+    let (a, b) = (tight(cloud, &halves[0])?, tight(cloud, &halves[1])?);
+    let side = whole.index.iter().map(|&i| {
+        let u = cloud.row(i);
+        b.1 + b.0.distance2(u).ln() < a.1 + a.0.distance2(u).ln()
+    });
+    sides(whole, &side.collect::<Vec<_>>(), cloud.n_dim + 2)
 }
 
 /// Moves points to the ellipsoid with the lower h = V(E)/n x Mahalanobis distance (FHB09 eq. 22),
@@ -364,8 +386,9 @@ mod tests {
             let found = run(&u, dims);
             assert_eq!(found.len(), 4);
             let shadows: Vec<_> = found.iter().map(|c| c.ellipsoid.clone()).collect();
-            assert_eq!(separate(&shadows, &[0, 1, 2, 3]).len(), 4);
-            assert_eq!(separate(&shadows, &[0, 0, 2, 3]).len(), 3);
+            assert_eq!(separate(&shadows, &[0, 1, 2, 3], &[]).len(), 4);
+            assert_eq!(separate(&shadows, &[0, 0, 2, 3], &[]).len(), 3);
+            assert_eq!(separate(&shadows, &[0, 0, 2, 3], &[(3, 1)]).len(), 2);
         }
     }
 

@@ -82,9 +82,32 @@ impl Ellipsoid {
             .collect()
     }
 
+    /// Turns a vector of the coordinates in which the ellipsoid is the unit ball into one of the cube.
+    pub(in crate::sampler) fn stretch(&self, z: &mut [f64]) {
+        let n_dim = self.centre.len();
+        // From the last row up, so that each row still reads the z of the rows above it.
+        for i in (0..n_dim).rev() {
+            let row = &self.axes[i * n_dim..=i * n_dim + i];
+            z[i] = row.iter().zip(z.iter()).map(|(a, z)| a * z).sum();
+        }
+    }
+
     /// Whether `u` lies inside.
     pub fn contains(&self, u: &[f64]) -> bool {
-        self.distance2(u) <= 1.0
+        let n_dim = self.centre.len();
+        let mut sum = 0.0;
+        for (i, row) in self.inverse.chunks_exact(n_dim).enumerate() {
+            let mut z = 0.0;
+            for j in 0..=i {
+                z += row[j] * (u[j] - self.centre[j]);
+            }
+            sum += z * z;
+            // Mostly it is clear after a few dimensions.
+            if sum > 1.0 {
+                return false;
+            }
+        }
+        true
     }
 
     /// The same ellipsoid with its volume multiplied by exp(`log_factor`).
@@ -104,11 +127,9 @@ impl Ellipsoid {
             norm2 += *x * *x;
         }
         let radius = rng.random::<f64>().powf(1.0 / n_dim as f64) / norm2.sqrt();
-        // From the last row up, so that each row still reads the z of the rows above it.
-        for i in (0..n_dim).rev() {
-            let row = &self.axes[i * n_dim..=i * n_dim + i];
-            let z: f64 = row.iter().zip(u.iter()).map(|(a, z)| a * z).sum();
-            u[i] = self.centre[i] + radius * z;
+        self.stretch(u);
+        for (u, centre) in u.iter_mut().zip(&self.centre) {
+            *u = centre + radius * *u;
         }
     }
 

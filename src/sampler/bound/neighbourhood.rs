@@ -41,7 +41,7 @@ impl Neighbourhood {
             index.iter().map(|&i| metric.whiten(cloud.row(i))).collect();
         points.sort_by(|a, b| a[0].total_cmp(&b[0]));
         let centres = points.concat();
-        let radius2 = radius2(&centres, metric.n_dim(), rng);
+        let radius2 = bootstrap(&centres, metric.n_dim(), rng);
         (radius2 > 0.0).then_some(Self {
             metric,
             centres,
@@ -60,7 +60,7 @@ impl Neighbourhood {
 
 /// The largest squared distance, over bootstrap samples, from a point left out to the nearest one
 /// that is in the sample.
-fn radius2(points: &[f64], d: usize, rng: &mut impl Rng) -> f64 {
+fn bootstrap(points: &[f64], d: usize, rng: &mut impl Rng) -> f64 {
     let n = points.len() / d;
     let nearest: Vec<Vec<(f64, usize)>> = (0..n).map(|i| nearest(points, d, i)).collect();
     let mut radius2: f64 = 0.0;
@@ -77,20 +77,32 @@ fn radius2(points: &[f64], d: usize, rng: &mut impl Rng) -> f64 {
     radius2
 }
 
-/// The [`N_NEAREST`] points nearest to point `i`: squared distance and index, ascending.
+/// The [`N_NEAREST`] points nearest to point `i`: squared distance and index, ascending. The points are
+/// sorted by their first coordinate, so that none is nearer once that alone is farther.
 fn nearest(points: &[f64], d: usize, i: usize) -> Vec<(f64, usize)> {
     let here = &points[i * d..(i + 1) * d];
-    let others = points.chunks_exact(d).enumerate().filter(|(j, _)| *j != i);
-    let mut all: Vec<_> = others
-        .map(|(j, point)| (distance2(point, here), j))
-        .collect();
-    let order = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
-    if all.len() > N_NEAREST {
-        all.select_nth_unstable_by(N_NEAREST - 1, order);
-        all.truncate(N_NEAREST);
-    }
-    all.sort_by(order);
-    all
+    let mut best: Vec<(f64, usize)> = Vec::with_capacity(N_NEAREST + 1);
+    let mut look = |j: usize| {
+        let there = &points[j * d..(j + 1) * d];
+        let limit = match best.get(N_NEAREST - 1) {
+            Some(last) => last.0,
+            None => f64::INFINITY,
+        };
+        let first2 = (there[0] - here[0]) * (there[0] - here[0]);
+        if first2 > limit {
+            return false;
+        }
+        let distance2 = distance2(there, here);
+        if distance2 <= limit {
+            let at = best.partition_point(|b| *b < (distance2, j));
+            best.insert(at, (distance2, j));
+            best.truncate(N_NEAREST);
+        }
+        true
+    };
+    let _ = (i + 1..points.len() / d).all(&mut look);
+    let _ = (0..i).rev().all(&mut look);
+    best
 }
 
 /// The points whose first coordinate is within `radius` of that of `z`.

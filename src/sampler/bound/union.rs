@@ -9,11 +9,13 @@ pub(in crate::sampler) struct Union {
     ellipsoids: Vec<Ellipsoid>,
     /// Running sum of volumes over their total.
     cumulative: Vec<f64>,
+    /// Where each dimension of the cube begins.
+    low: Vec<f64>,
 }
 
 impl Union {
-    /// Takes ellipsoids.
-    pub(in crate::sampler) fn new(ellipsoids: Vec<Ellipsoid>) -> Self {
+    /// Takes ellipsoids, and where each dimension of the cube begins: 0, or where a circle is cut open.
+    pub(in crate::sampler) fn new(ellipsoids: Vec<Ellipsoid>, low: &[f64]) -> Self {
         let logs = || ellipsoids.iter().map(Ellipsoid::log_volume);
         let max = logs().fold(f64::NEG_INFINITY, f64::max);
         let mut sum = 0.0;
@@ -29,6 +31,7 @@ impl Union {
         Self {
             ellipsoids,
             cumulative,
+            low: low.to_vec(),
         }
     }
 
@@ -53,7 +56,8 @@ impl Union {
             .partition_point(|&c| c <= choice)
             .min(self.ellipsoids.len() - 1);
         self.ellipsoids[chosen].sample(rng, u);
-        if !u.iter().all(|x| (0.0..1.0).contains(x)) {
+        let mut inside = u.iter().zip(&self.low);
+        if !inside.all(|(x, low)| (0.0..1.0).contains(&(x - low))) {
             return None;
         }
         let others = self.ellipsoids.iter().enumerate();
@@ -75,7 +79,10 @@ mod tests {
     fn overlapping_discs_are_drawn_uniformly() {
         let disc =
             |x: f64, r: f64| Ellipsoid::new(&[x, 0.5], &(DMatrix::identity(2, 2) * r * r)).unwrap();
-        let union = Union::new(vec![disc(0.4, 0.2), disc(0.5, 0.2), disc(0.9, 0.2)]);
+        let union = Union::new(
+            vec![disc(0.4, 0.2), disc(0.5, 0.2), disc(0.9, 0.2)],
+            &[0.0; 2],
+        );
         let mut rng = ChaCha8Rng::seed_from_u64(4);
         let mut u = [0.0; 2];
         // Two boxes of equal size: one in the overlap, one in a single disc.

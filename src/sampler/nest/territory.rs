@@ -9,8 +9,10 @@ use crate::sampler::bound::Ellipsoid;
 
 /// The tree of splits.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Territory {
+pub(in crate::sampler) struct Territory {
     mode_dims: Vec<usize>,
+    /// Of the mode dimensions, which are circles.
+    is_wrapped: Vec<bool>,
     nodes: Vec<Node>,
 }
 
@@ -23,9 +25,10 @@ struct Node {
 
 impl Territory {
     /// One node, which owns the whole cube.
-    pub(super) fn new(mode_dims: &[usize]) -> Self {
+    pub(super) fn new(mode_dims: &[usize], wrapped: &[usize]) -> Self {
         Self {
             mode_dims: mode_dims.to_vec(),
+            is_wrapped: mode_dims.iter().map(|d| wrapped.contains(d)).collect(),
             nodes: vec![Node::default()],
         }
     }
@@ -45,7 +48,7 @@ impl Territory {
     }
 
     /// Whether `u` belongs to `node`.
-    pub(super) fn owns(&self, node: usize, u: &[f64]) -> bool {
+    pub(in crate::sampler) fn owns(&self, node: usize, u: &[f64]) -> bool {
         let Some(mut parent) = self.nodes[node].parent else {
             return true;
         };
@@ -76,11 +79,25 @@ impl Territory {
         self.mode_dims.iter().map(|&i| u[i]).collect()
     }
 
+    /// Distance to a site, the short way round where dimensions are circles.
+    fn distance2(&self, site: &Ellipsoid, shadow: &[f64]) -> f64 {
+        if !self.is_wrapped.contains(&true) {
+            return site.distance2(shadow);
+        }
+        let nearest = shadow.iter().zip(site.centre()).zip(&self.is_wrapped);
+        let nearest = nearest.map(
+            |((&x, c), is_wrapped)| {
+                if *is_wrapped { x - (x - c).round() } else { x }
+            },
+        );
+        site.distance2(&nearest.collect::<Vec<_>>())
+    }
+
     /// The child of a divided node that a point belongs to.
     fn child(&self, node: usize, shadow: &[f64]) -> usize {
         let mut nearest = (f64::INFINITY, node);
         for (child, site) in &self.nodes[node].sites {
-            let distance2 = site.distance2(shadow);
+            let distance2 = self.distance2(site, shadow);
             if distance2 < nearest.0 {
                 nearest = (distance2, *child);
             }
@@ -98,7 +115,7 @@ mod tests {
     fn a_place_belongs_to_exactly_one_leaf_and_all_its_ancestors() {
         let ball =
             |x: f64, r: f64| Ellipsoid::new(&[x], &(DMatrix::identity(1, 1) * r * r)).unwrap();
-        let mut territory = Territory::new(&[1]);
+        let mut territory = Territory::new(&[1], &[]);
         let left = territory.split(0, vec![vec![ball(0.2, 0.1)], vec![ball(0.8, 0.1)]]);
         let inner = territory.split(left, vec![vec![ball(0.15, 0.01)], vec![ball(0.25, 0.01)]]);
         for (y, leaf) in [(0.1, inner), (0.3, inner + 1), (0.6, left + 1)] {
@@ -108,5 +125,14 @@ mod tests {
         }
         assert!(!territory.owns(left, &[0.0, 0.7]));
         assert!(!territory.owns(inner, &[0.0, 0.7]));
+    }
+
+    #[test]
+    fn places_are_claimed_the_short_way_round_a_circle() {
+        let ball = |x: f64| Ellipsoid::new(&[x], &(DMatrix::identity(1, 1) * 0.01)).unwrap();
+        let mut territory = Territory::new(&[0], &[0]);
+        let first = territory.split(0, vec![vec![ball(0.95)], vec![ball(0.4)]]);
+        assert_eq!(territory.leaf(&[0.1]), first);
+        assert_eq!(territory.leaf(&[0.3]), first + 1);
     }
 }

@@ -1,0 +1,10 @@
+//! Any bytes as UVH5: an error or rows, nothing else.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+#[path = "read.rs"]
+mod read;
+
+fuzz_target!(|bytes: &[u8]| read::file(bytes, b"\x89HDF"));

@@ -1,0 +1,51 @@
+//! Whether a run can be trusted: functions of its dead points.
+
+mod insertion;
+mod threads;
+
+pub use insertion::InsertionTest;
+
+use super::NestedRun;
+use super::evidence::{Expected, Volumes};
+
+/// How many live points a mode had, and where.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModeHistory {
+    /// The mode: index into [`NestedRun::tree`].
+    pub node: usize,
+    /// At the death of each of its points: ln L, expected ln X before it died, live points.
+    pub steps: Vec<(f64, f64, usize)>,
+}
+
+impl NestedRun {
+    /// Dead points per likelihood evaluation.
+    pub fn efficiency(&self) -> f64 {
+        self.dead.len() as f64 / self.n_eval.max(1) as f64
+    }
+
+    /// Live points along the life of every mode, in the order of the tree, ln L ascending.
+    pub fn live_history(&self) -> Vec<ModeHistory> {
+        let history = |node| ModeHistory {
+            node,
+            steps: Vec::new(),
+        };
+        let mut histories: Vec<ModeHistory> = (0..self.tree.len()).map(history).collect();
+        let volumes = Volumes::of(self);
+        let n_live = volumes.n_live.clone();
+        volumes.visit(self, &mut Expected, |i, log_x, _| {
+            let dead = &self.dead[i];
+            histories[dead.mode]
+                .steps
+                .push((dead.log_l, log_x, n_live[i]));
+        });
+        histories
+    }
+
+    /// For each mode, the modes that it descends from, itself first.
+    fn ancestry(&self) -> Vec<Vec<usize>> {
+        let up = |node: usize| std::iter::successors(Some(node), |&i| self.tree[i].parent);
+        (0..self.tree.len())
+            .map(|node| up(node).collect())
+            .collect()
+    }
+}
