@@ -1,6 +1,7 @@
 //! A block of Stokes I samples, one array a quantity.
 
-use super::extents::{Extents, Gain};
+use super::extents::Extents;
+use super::kernel::{self, Isa};
 use crate::coords::Lm;
 
 /// Samples in the form that the kernels eat: only unflagged ones, Stokes I, coordinates in
@@ -83,21 +84,11 @@ impl VisBlock {
     }
 
     /// The factors of the instrument for a source at `lm`; none without.
-    pub(super) fn gains(&self, lm: Lm) -> Option<Vec<f32>> {
+    pub(super) fn gains(&self, isa: Isa, lm: Lm) -> Option<Vec<f32>> {
         let gain = self.extents.gain(lm)?;
-        Some((0..self.len()).map(|k| self.gain_at(&gain, k)).collect())
-    }
-
-    /// The factor of sample `k`.
-    pub(super) fn gain_at(&self, gain: &Gain, k: usize) -> f32 {
-        let Extents {
-            place,
-            width,
-            interval_s,
-            ..
-        } = &self.extents;
-        let uvw = [self.u[k] as f32, self.v[k] as f32, self.w[k] as f32];
-        gain.at(uvw, [place[k], width[k], interval_s[k]])
+        let mut gains = vec![0.0; self.len()];
+        kernel::look(isa, self, &gain, &mut gains);
+        Some(gains)
     }
 
     /// True without samples.

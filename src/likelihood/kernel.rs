@@ -74,6 +74,26 @@ fn gains(block: &VisBlock, places: impl Iterator<Item = Lm>) -> Vec<Gain> {
     places.map_while(|lm| block.extents.gain(lm)).collect()
 }
 
+/// Works out the factors of the instrument for all samples of `block`, which has extents.
+///
+/// # Panics
+/// If the processor lacks `isa`.
+pub(super) fn look(isa: Isa, block: &VisBlock, gain: &Gain, gains: &mut [f32]) {
+    assert!(
+        isa.is_available(),
+        "{isa:?} is not available on this processor"
+    );
+    match isa {
+        Isa::Portable => model::look(block, gain, gains),
+        #[cfg(target_arch = "x86_64")]
+        Isa::Avx2 => avx2::look(block, gain, gains),
+        #[cfg(target_arch = "x86_64")]
+        Isa::Avx512 => avx512::look(block, gain, gains),
+        #[cfg(not(target_arch = "x86_64"))]
+        _ => model::look(block, gain, gains),
+    }
+}
+
 /// Adds Y_ij = Σ w F_i F_j cos 2π(φ_i - φ_j) at unit flux density of each of `terms` over `block` to
 /// `sums`, on one core.
 ///

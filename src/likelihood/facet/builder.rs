@@ -86,11 +86,13 @@ impl Grid {
             Content::Weights => [(&block.weight).into(), (&ZEROS[..block.len()]).into()],
             _ => [(&block.weighted_re).into(), (&block.weighted_im).into()],
         };
-        let numbers = match chunk.block.gains(self.look) {
+        let numbers = match chunk.block.gains(isa, self.look) {
             None => numbers,
             Some(mut gains) => {
                 if self.content != Content::Data {
-                    gains.iter_mut().for_each(|gain| *gain *= *gain);
+                    for gain in &mut gains {
+                        *gain *= *gain;
+                    }
                 }
                 let seen = |n: Cow<[f32]>| n.iter().zip(&gains).map(|(n, gain)| n * gain).collect();
                 numbers.map(seen)

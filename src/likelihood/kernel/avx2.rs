@@ -55,6 +55,17 @@ fn subtract_avx2(block: &mut VisBlock, models: &[Model]) {
     model::subtract(block, models);
 }
 
+/// Works out factors of the instrument. The caller has checked for the instructions.
+pub(super) fn look(block: &VisBlock, gain: &Gain, gains: &mut [f32]) {
+    // SAFETY: `kernel::look`, the only caller, asserts `Isa::Avx2.is_available()`.
+    unsafe { look_avx2(block, gain, gains) }
+}
+
+#[target_feature(enable = "avx2,fma")]
+fn look_avx2(block: &VisBlock, gain: &Gain, gains: &mut [f32]) {
+    model::look(block, gain, gains);
+}
+
 /// Adds the sums of pairs over `block` to `sums`. The caller has checked for the instructions.
 pub(super) fn accumulate_pairs(
     block: &VisBlock,

@@ -58,6 +58,17 @@ fn subtract_avx512(block: &mut VisBlock, models: &[Model]) {
     model::subtract(block, models);
 }
 
+/// Works out factors of the instrument. The caller has checked for the instructions.
+pub(super) fn look(block: &VisBlock, gain: &Gain, gains: &mut [f32]) {
+    // SAFETY: `kernel::look`, the only caller, asserts `Isa::Avx512.is_available()`.
+    unsafe { look_avx512(block, gain, gains) }
+}
+
+#[target_feature(enable = "avx512f,avx2,fma")]
+fn look_avx512(block: &VisBlock, gain: &Gain, gains: &mut [f32]) {
+    model::look(block, gain, gains);
+}
+
 /// Adds the sums of pairs over `block` to `sums`. The caller has checked for the instructions.
 pub(super) fn accumulate_pairs(
     block: &VisBlock,

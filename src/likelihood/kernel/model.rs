@@ -1,4 +1,5 @@
 //! Model visibilities, in plain loops that are compiled anew for each instruction set.
+#![allow(clippy::needless_range_loop)] // a closure would be compiled for the least of processors
 
 use super::numbers::{PHASE_MAGIC, SQRT2_COS_PI, SQRT2_SIN_PI, TURNS_MAX, TURNS_PER_UNIT, horner};
 use super::portable::{exponential, gaussian};
@@ -38,6 +39,20 @@ struct Lanes {
     im: [f32; LANES],
     /// Place in the band, relative width and integration time.
     extent: [[f32; LANES]; 3],
+}
+
+/// Works out the factors of the instrument for all samples of `block`, which has extents.
+#[inline(always)]
+pub(super) fn look(block: &VisBlock, gain: &Gain, gains: &mut [f32]) {
+    let n = gains.len();
+    let (u, v, w) = (&block.u[..n], &block.v[..n], &block.w[..n]);
+    let extents = &block.extents;
+    let (place, width) = (&extents.place[..n], &extents.width[..n]);
+    let interval_s = &extents.interval_s[..n];
+    for k in 0..n {
+        let uvw = [u[k] as f32, v[k] as f32, w[k] as f32];
+        gains[k] = gain.at(uvw, [place[k], width[k], interval_s[k]]);
+    }
 }
 
 /// Subtracts weight times the sum of `models` from the weighted data.
