@@ -68,7 +68,7 @@ pub struct Config {
     pub sampler: SamplerKind,
     /// Live points of each tile; none = 120, or 8000 with `tiles = 1`.
     pub n_live: Option<usize>,
-    /// Sampling efficiency: the volume of the ellipsoids is that of the live points over this.
+    /// Sampling efficiency of `multinest`: the volume of the ellipsoids is that of the live points over this.
     pub efficiency: f64,
     /// Evidence (in ln Z) that may be left in the live points at the end.
     pub tolerance: f64,
@@ -146,6 +146,8 @@ pub enum SamplerKind {
     /// Multimodal nested sampling in ellipsoids (Feroz, Hobson & Bridges 2009).
     #[default]
     Multinest,
+    /// Nested slice sampling: ten times the evaluations, no assumption about shapes.
+    Slice,
 }
 
 /// How the field is divided.

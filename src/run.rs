@@ -17,7 +17,7 @@ use crate::detect::{
 };
 use crate::likelihood::Isa;
 use crate::prior::{MODE_DIMS, N_DIM};
-use crate::sampler::{MultiNest, MultiNestConfig, Sampler, SamplerError};
+use crate::sampler::{MultiNest, MultiNestConfig, Sampler, SamplerError, Slice, SliceConfig};
 use crate::simulate::SimulateError;
 use crate::units::ARCSEC;
 
@@ -33,6 +33,7 @@ const N_LIVE_SOURCE: usize = 300;
 /// Evaluations a live point after which a sampler has stalled: several times what a well-shaped
 /// posterior takes.
 const MAX_EVAL_PER_LIVE_POINT: u64 = 1500;
+const MAX_EVAL_PER_LIVE_POINT_SLICE: u64 = 15_000;
 
 /// A run failed.
 #[derive(Debug, thiserror::Error)]
@@ -264,29 +265,46 @@ fn n_tile(config: &Config, beam_rad: f64) -> usize {
 }
 
 fn sampler(config: &Config, settings: SamplerSettings) -> Result<Box<dyn Sampler>, SamplerError> {
-    match config.sampler {
-        SamplerKind::Multinest => Ok(Box::new(MultiNest::new(MultiNestConfig {
-            // Modes are only to be seen here; each source is sampled again by itself.
-            n_live_mode: 4,
-            mode_dims: if settings.search {
-                MODE_DIMS.to_vec()
-            } else {
-                Vec::new()
-            },
+    // Modes are only to be seen here; each source is sampled again by itself.
+    const N_LIVE_MODE: usize = 4;
+    let SamplerSettings { n_live, seed, .. } = settings;
+    let mode_dims = if settings.search {
+        MODE_DIMS.to_vec()
+    } else {
+        Vec::new()
+    };
+    let tolerance = config.tolerance;
+    let max_eval = most_evaluations(config, settings);
+    Ok(match config.sampler {
+        SamplerKind::Multinest => Box::new(MultiNest::new(MultiNestConfig {
+            n_live_mode: N_LIVE_MODE,
+            mode_dims,
             efficiency: config.efficiency,
-            tolerance: config.tolerance,
-            max_eval: most_evaluations(config, settings),
-            seed: settings.seed,
-            ..MultiNestConfig::new(N_DIM, settings.n_live)
-        })?)),
-    }
+            tolerance,
+            max_eval,
+            seed,
+            ..MultiNestConfig::new(N_DIM, n_live)
+        })?),
+        SamplerKind::Slice => Box::new(Slice::new(SliceConfig {
+            n_live_mode: N_LIVE_MODE,
+            mode_dims,
+            tolerance,
+            max_eval,
+            seed,
+            ..SliceConfig::new(N_DIM, n_live)
+        })?),
+    })
 }
 
 /// Where a sampler is stopped. What the one search of a global run misses is never looked for
 /// again, so it has all the time it takes.
 fn most_evaluations(config: &Config, settings: SamplerSettings) -> Option<u64> {
     let is_only_search = settings.search && config.is_global();
-    (!is_only_search).then_some(MAX_EVAL_PER_LIVE_POINT * settings.n_live as u64)
+    let per_live_point = match config.sampler {
+        SamplerKind::Multinest => MAX_EVAL_PER_LIVE_POINT,
+        SamplerKind::Slice => MAX_EVAL_PER_LIVE_POINT_SLICE,
+    };
+    (!is_only_search).then_some(per_live_point * settings.n_live as u64)
 }
 
 /// BLAKE3 of the input's bytes; of a directory, of its files with their names.

@@ -8,7 +8,7 @@
 //! NestedRun: dead points with birth contours + the tree of modes
 //!     -> evidence(): log Z, its error, information, ess    -> log_weights()
 //!     -> modes(): the same for every mode, with its posterior samples
-//!     -> insertion_test(), log_z_err_bootstrap(), efficiency(), live_history(): is it to be trusted?
+//!     -> insertion_test(), log_z_err_bootstrap(), efficiency(), live_history(), health(): is it to be trusted?
 //!     -> merge(): several runs as one
 //! Population: the same protocol, where a posterior of one piece is roughly known -> Draws
 //! ```
@@ -52,7 +52,7 @@ mod slice;
 mod student;
 
 pub use bound::Ellipsoid;
-pub use diagnostics::{InsertionTest, ModeHistory};
+pub use diagnostics::{Health, InsertionTest, ModeHistory};
 pub use evidence::Evidence;
 pub use merge::MergeError;
 pub use modes::ModeSummary;

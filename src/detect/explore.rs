@@ -9,7 +9,7 @@ use crate::dataset::{Dataset, View, ViewRequest};
 use crate::likelihood::Xy;
 use crate::prior::{N_DIM, Region, SourcePrior, Window};
 use crate::rime::Source;
-use crate::sampler::{NestedRun, Sampler, SamplerError};
+use crate::sampler::{Evidence, Health, NestedRun, Sampler, SamplerError};
 use crate::units::ARCSEC;
 
 /// Regions explored at a time: enough points for a pass, few enough dead points to hold.
@@ -56,6 +56,8 @@ pub(super) struct Explored {
     pub(super) region: Region,
     pub(super) window: Window,
     pub(super) run: NestedRun,
+    pub(super) evidence: Evidence,
+    pub(super) health: Health,
     /// The sampler was stopped before it had the whole evidence.
     pub(super) is_unfinished: bool,
 }
@@ -99,16 +101,9 @@ pub(super) fn explore(
             .partition(|(_, points)| !points.is_empty());
         active = going_on.into_iter().map(|(region, _)| region).collect();
         n_done += finished.len() as u64;
-        for (region, _) in finished {
-            tracing::debug!("region {}: {:?}", region.index, region.sampler.progress());
-            done(Explored {
-                index: region.index,
-                region: region.target.region,
-                window: region.target.window,
-                is_unfinished: region.is_unfinished,
-                run: region.sampler.finish(),
-            });
-        }
+        let finished = finished.into_par_iter();
+        let explored: Vec<Explored> = finished.map(|(region, _)| region.finish()).collect();
+        explored.into_iter().for_each(&mut *done);
         observer.advance(n_done, dataset.n_eval() - n_eval_before);
     }
 }
@@ -155,6 +150,25 @@ fn ask_all(
 }
 
 impl Active {
+    fn finish(self) -> Explored {
+        let run = self.sampler.finish();
+        let evidence = run.evidence();
+        let health = run.health(evidence.log_z_err);
+        tracing::debug!("region {}: {health}", self.index);
+        for history in run.live_history() {
+            tracing::debug!("region {}, {history}", self.index);
+        }
+        Explored {
+            index: self.index,
+            region: self.target.region,
+            window: self.target.window,
+            run,
+            evidence,
+            health,
+            is_unfinished: self.is_unfinished,
+        }
+    }
+
     /// The sampler's points; none = finished.
     ///
     /// A sampler that makes no headway is replaced as often as it may be, and then ends with what

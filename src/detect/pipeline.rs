@@ -11,6 +11,7 @@ use super::refine::{Found, Refinement};
 use super::{DetectError, Mode, Observer, Status, Tile};
 use crate::dataset::Dataset;
 use crate::prior::{Region, SourcePrior, Window};
+use crate::sampler::Health;
 
 /// Rounds of screening, search and subtraction, before we let it be.
 const MOST_ROUNDS: usize = 200;
@@ -63,6 +64,29 @@ pub struct Detection {
     pub n_expected: f64,
     /// Searches that were stopped before they had the whole evidence of their tile.
     pub n_tile_unfinished: usize,
+    /// How well the samplers did that searched tiles.
+    pub search_health: Health,
+    /// How well those did that drew the posteriors of the sources, groups apart.
+    pub source_health: Health,
+}
+
+impl Detection {
+    /// Tells how well the samplers did, loudly where they did not.
+    fn report_health(&self) {
+        let stages = [
+            ("searches", &self.search_health),
+            ("posteriors", &self.source_health),
+        ];
+        for (stage, health) in stages.into_iter().filter(|(_, h)| h.n_run > 0) {
+            tracing::info!("sampling of {stage}: {health}");
+            if health.is_suspect() {
+                tracing::warn!(
+                    "sampling of {stage}: new points do not lie evenly among the live ones, so that evidences \
+                     may be wrong; lower --efficiency, or use --sampler slice"
+                );
+            }
+        }
+    }
 }
 
 /// What came of screening the tiles.
@@ -175,6 +199,8 @@ pub fn detect(
     } else {
         Joined::alone(sources.len())
     };
+    detection.source_health = sources.iter().map(|found| found.health).sum();
+    detection.report_health();
     detection.sources = detected(sources, &certificates, &joined);
     detection.n_eval = dataset.n_eval();
     detection.screening = queue.screening(&settings.field);
@@ -300,9 +326,10 @@ fn search_tiles(
     };
     let mut found: Vec<(Vec<Mode>, f64)> = vec![(Vec::new(), f64::NEG_INFINITY); searches.len()];
     let targets = searches.iter().map(target).collect();
-    let mut n_unfinished = 0;
+    let (mut n_unfinished, mut health) = (0, Health::default());
     let mut note = |explored: Explored| {
-        let log_z = explored.run.evidence().log_z + explored.log_share(&settings.field);
+        let log_z = explored.evidence.log_z + explored.log_share(&settings.field);
+        health += explored.health;
         let tile = searches[explored.index].tile.id;
         n_unfinished += usize::from(explored.is_unfinished);
         found[explored.index] = (modes_of(tile, &explored, settings), log_z);
@@ -310,6 +337,7 @@ fn search_tiles(
     let (prior, factory) = (&settings.prior, settings.factory);
     explore(dataset, prior, factory, targets, observer, &mut note)?;
     detection.n_tile_unfinished += n_unfinished;
+    detection.search_health += health;
     detection
         .log_z
         .push(log_sum_exp(found.iter().map(|(_, log_z)| *log_z)));

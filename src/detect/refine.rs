@@ -7,6 +7,7 @@ use super::{DetectError, Mode, Observer};
 use crate::dataset::{Dataset, Request};
 use crate::prior::{Region, SourcePrior, Window};
 use crate::rime::Source;
+use crate::sampler::Health;
 
 /// Half the side of the region about a source, in standard deviations of its position.
 const REGION_SIGMAS: f64 = 8.0;
@@ -35,6 +36,8 @@ pub(super) struct Found {
     witnesses: Vec<(Source, f64)>,
     /// Its posterior is good enough for the catalogue, as long as nothing changes about it.
     pub(super) is_full: bool,
+    /// How well the sampler did that drew its posterior.
+    pub(super) health: Health,
     /// The model of a neighbour had taken it in.
     pub(super) is_leftover: bool,
     /// How many times larger than usual the region about it is: its posterior reached the edge.
@@ -49,6 +52,7 @@ impl Found {
             mode,
             witnesses,
             is_full: false,
+            health: Health::default(),
             is_leftover: false,
             widening: 1.0,
         }
@@ -220,6 +224,7 @@ impl Refinement<'_> {
             let mut note = |explored: Explored| {
                 let found = &mut sources[group[explored.index]];
                 found.mode = self.refined(&found.mode, &explored);
+                found.health = explored.health;
                 found.is_full = depth != Depth::Draft;
                 found.widening = if self.is_cut_off(&found.mode, &explored.region) {
                     WIDER * found.widening
@@ -279,7 +284,7 @@ impl Refinement<'_> {
 
     /// The whole run about a source is its posterior.
     pub(super) fn refined(&self, old: &Mode, explored: &Explored) -> Mode {
-        let evidence = explored.run.evidence();
+        let evidence = explored.evidence;
         let log_w = explored
             .run
             .log_weights()

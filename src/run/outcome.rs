@@ -12,6 +12,7 @@ use crate::config::Config;
 use crate::coords::{IcrsCentre, RaDec};
 use crate::dataset::{Dataset, NoiseReport};
 use crate::detect::{Detected, Detection, Mode, Settings, Status, p_source};
+use crate::sampler::Health;
 use crate::simulate::format_utc;
 use crate::units::{ARCSEC, MICROJY};
 
@@ -330,6 +331,8 @@ fn run_entries(
             "one source in the tiles of a round against none",
         )
     }));
+    entries.extend(health_entries("search", &detection.search_health));
+    entries.extend(health_entries("posterior", &detection.source_health));
     if let Some(screening) = detection.screening {
         entries.extend([
             RunEntry::new(
@@ -364,6 +367,49 @@ fn run_entries(
         }
     }
     entries
+}
+
+/// What is told of the samplers of a stage, if there were any.
+fn health_entries(stage: &str, health: &Health) -> Vec<RunEntry> {
+    if health.n_run == 0 {
+        return Vec::new();
+    }
+    let entry = |name: &str, value: f64, what: &str| {
+        RunEntry::new(&format!("sampler.{stage}.{name}"), value, what)
+    };
+    vec![
+        entry("n_run", health.n_run as f64, "runs of the sampler"),
+        entry(
+            "efficiency",
+            health.efficiency(),
+            "dead points an evaluation",
+        ),
+        entry(
+            "insertion_mean",
+            health.insertion_mean(),
+            "mean insertion rank, 0.5 if all is well",
+        ),
+        entry(
+            "insertion_p",
+            health.insertion_p(),
+            "least p value of the insertion tests, times their number",
+        ),
+        entry(
+            "log_z_err",
+            health.log_z_err(),
+            "error of log Z, rms over runs",
+        ),
+        entry(
+            "log_z_err_bootstrap",
+            health.log_z_err_bootstrap(),
+            "the same over bootstraps of the live points' threads",
+        ),
+        entry(
+            "fewest_live",
+            health.fewest_live as f64,
+            "live points that a mode began with, at least",
+        ),
+    ]
 }
 
 /// What is told of each input, which has a number where there are several.

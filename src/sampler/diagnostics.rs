@@ -1,8 +1,10 @@
 //! Whether a run can be trusted: functions of its dead points.
 
+mod health;
 mod insertion;
 mod threads;
 
+pub use health::Health;
 pub use insertion::InsertionTest;
 
 use super::NestedRun;
@@ -15,6 +17,21 @@ pub struct ModeHistory {
     pub node: usize,
     /// At the death of each of its points: ln L, expected ln X before it died, live points.
     pub steps: Vec<(f64, f64, usize)>,
+}
+
+impl std::fmt::Display for ModeHistory {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { node, steps } = self;
+        let most = steps.iter().map(|(.., n_live)| *n_live).max();
+        match (steps.first(), steps.last(), most) {
+            (Some(first), Some(last), Some(most)) => write!(
+                f,
+                "mode {node}: ln L {:.2} to {:.2}, ln X {:.2} to {:.2}, {} live points at first, {most} at most",
+                first.0, last.0, first.1, last.1, first.2
+            ),
+            _ => write!(f, "mode {node}: no points of its own"),
+        }
+    }
 }
 
 impl NestedRun {

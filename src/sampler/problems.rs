@@ -4,6 +4,10 @@
 //! section 6; loggamma: Beaujean & Caldwell 2013 (arXiv 1304.7808), eq. 32; spike and slab: Skilling
 //! 2006 (Bayesian Analysis 1, 833), section 18; the mixtures are ours, with the evidence in closed form.
 
+mod blend;
+
+pub use blend::Blend;
+
 use super::log_add;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

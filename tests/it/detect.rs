@@ -53,6 +53,62 @@ fn column(table: &Table, name: &str) -> Vec<f64> {
     table.numbers(name).unwrap()
 }
 
+/// Slices know nothing of ellipsoids: what the two samplers say differs by their own noise only.
+#[test]
+fn the_catalogue_does_not_depend_on_the_sampler() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("sampler_slice");
+    std::fs::create_dir_all(&folder).unwrap();
+    let run = searched();
+    let more = ["--sampler", "slice", "--n-live", "60", "--overwrite"];
+    let paths = search(&run.data, &folder.join("out.fits"), &more);
+    let by_slices = read_table(&paths.catalogue, Some("CATALOG")).unwrap();
+    let by_ellipsoids = run.table("CATALOG");
+    assert_eq!(by_slices.rows(), by_ellipsoids.rows());
+    for (name, error) in [
+        ("RA", "E_RA"),
+        ("DEC", "E_DEC"),
+        ("Total_flux", "E_Total_flux"),
+        ("Scale_length", "E_Scale_length"),
+        ("E1", "E_E1"),
+        ("E2", "E_E2"),
+    ] {
+        let unit = if matches!(name, "RA" | "DEC") {
+            3600.0
+        } else {
+            1.0
+        };
+        let estimates = column(&by_slices, name)
+            .into_iter()
+            .zip(column(&by_ellipsoids, name));
+        let errors = column(&by_slices, error)
+            .into_iter()
+            .zip(column(&by_ellipsoids, error));
+        for (row, ((a, b), (e_a, e_b))) in estimates.zip(errors).enumerate() {
+            // 1000 effective samples know the mean to 0.03 sigma, and sigma to 2%.
+            assert!(
+                ((a - b) * unit).abs() < 0.2 * e_b,
+                "{name} of {row}: {a} ± {e_a}, {b} ± {e_b}"
+            );
+            assert!(
+                (e_a / e_b - 1.0).abs() < 0.15,
+                "{error} of {row}: {e_a}, {e_b}"
+            );
+        }
+    }
+    let log_z = column(&by_slices, "Log_Z")
+        .into_iter()
+        .zip(column(&by_ellipsoids, "Log_Z"));
+    let err = column(&by_slices, "E_Log_Z")
+        .into_iter()
+        .zip(column(&by_ellipsoids, "E_Log_Z"));
+    for ((a, b), (e_a, e_b)) in log_z.zip(err) {
+        assert!(
+            (a - b).abs() < 4.0 * e_a.hypot(e_b),
+            "log Z {a} ± {e_a}, {b} ± {e_b}"
+        );
+    }
+}
+
 /// One source, and a search that takes a second.
 const ONE: &str = "RA,DEC,Total_flux,Scale_length,E1,E2\n53.1035,30.0025,300,2,0.2,0.1\n";
 const ONE_SEARCH: &str =
