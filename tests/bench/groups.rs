@@ -1,11 +1,11 @@
 //! Which sampler for sources that overlap: blends of 2, 5 and 10 components, 12 to 60 dimensions.
 //!
-//! `cargo bench --bench groups [-- COUNT]` prints, for population Monte Carlo, NUTS (nuts-rs, analytic
-//! slopes) and nested slices: likelihood calls, effective draws, calls an effective draw, and how far the
+//! `cargo bench --bench groups [-- COUNT]` prints, for population Monte Carlo, NUTS with differences of ln L,
+//! nested slices (d or 3 d a point) and NUTS with analytic slopes (a call: ln L and slope): likelihood calls, effective draws, calls an effective draw, and how far the
 //! marginals are from those of a NUTS run ten times as long: the largest error of a mean in sigma, and
 //! the largest relative error of a sigma, over all parameters.
 //!
-//! Population Monte Carlo and NUTS start from what detection knows beforehand: each component's posterior
+//! All but nested slices start from what detection knows beforehand: each component's posterior
 //! for fixed neighbours.
 #![allow(clippy::print_stdout, missing_docs)]
 
@@ -23,7 +23,9 @@ use std::ops::ControlFlow;
 use std::rc::Rc;
 use std::time::Instant;
 use vis2cat::sampler::problems::Blend;
-use vis2cat::sampler::{Population, PopulationConfig, Slice, SliceConfig, run};
+use vis2cat::sampler::{
+    Nuts, NutsConfig, Population, PopulationConfig, PosteriorSampler, Slice, SliceConfig, run,
+};
 
 /// Parameters of a component.
 const N_PARAM: usize = 6;
@@ -34,6 +36,8 @@ const N_NUTS: usize = 1000;
 const N_SEED: usize = 1000;
 const N_DRAW: usize = 4000;
 const LEAST_ESS: f64 = 400.0;
+const LEAST_CHAIN_ESS: f64 = 200.0;
+const N_LIVE: usize = 100;
 
 fn main() {
     let counts: Vec<usize> = std::env::args().filter_map(|a| a.parse().ok()).collect();
@@ -43,23 +47,23 @@ fn main() {
         counts
     };
     println!(
-        "components  sampler      calls  effective  calls each  worst mean  worst sigma   time s"
+        "components  sampler       calls  effective  calls each  worst mean  worst sigma   time s"
     );
     for count in counts {
         let blend = Blend::new(count);
         let laplace = Laplace::new(&blend);
         let reference = nuts(&blend, &laplace, 10 * N_NUTS, 99);
         for seed in 1..=3 {
-            let samplers: [(&str, &dyn Fn() -> Sample); 2] = [
+            let samplers: [(&str, &dyn Fn() -> Sample); 5] = [
                 ("population", &|| population(&blend, &laplace, seed)),
-                ("nuts", &|| nuts(&blend, &laplace, N_NUTS, seed)),
+                ("nuts", &|| chains(&blend, &laplace, seed)),
+                ("slices, d", &|| slices(&blend, 1, seed)),
+                ("slices, 3 d", &|| slices(&blend, 3, seed)),
+                ("with slopes", &|| nuts(&blend, &laplace, N_NUTS, seed)),
             ];
             for (name, sampler) in samplers {
                 report(count, name, &reference, sampler);
             }
-        }
-        if count <= 5 {
-            report(count, "slice", &reference, &|| slices(&blend));
         }
     }
 }
@@ -96,7 +100,7 @@ fn report(count: usize, name: &str, reference: &Sample, sampler: &dyn Fn() -> Sa
     let worst =
         |error: &dyn Fn(usize) -> f64| (0..mean.len()).map(|i| error(i).abs()).fold(0.0, f64::max);
     println!(
-        "{count:10}  {name:10} {:7}  {:9.0}  {:10.0}  {:10.3}  {:11.3}  {time_s:7.2}",
+        "{count:10}  {name:11} {:7}  {:9.0}  {:10.0}  {:10.3}  {:11.3}  {time_s:7.2}",
         sample.n_eval,
         sample.ess,
         sample.n_eval as f64 / sample.ess,
@@ -148,6 +152,14 @@ impl Laplace {
         }
     }
 
+    /// What the samplers start from.
+    fn seeds(&self, seed: u64) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        (0..N_SEED)
+            .flat_map(|_| self.conditional_draw(&mut rng))
+            .collect()
+    }
+
     /// A draw of every component for fixed neighbours, in the unit cube.
     fn conditional_draw(&self, rng: &mut ChaCha8Rng) -> Vec<f64> {
         let mut z = self.peak.clone();
@@ -163,20 +175,20 @@ impl Laplace {
 }
 
 fn population(blend: &Blend, laplace: &Laplace, seed: u64) -> Sample {
-    let n_dim = blend.n_dim();
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let seeds: Vec<f64> = (0..N_SEED)
-        .flat_map(|_| laplace.conditional_draw(&mut rng))
-        .collect();
     let config = PopulationConfig {
-        n_dim,
+        n_dim: blend.n_dim(),
         n_draw: N_DRAW,
         least_ess: LEAST_ESS,
         seed,
     };
-    let mut sampler = Population::new(config, &seeds);
+    let seeds = laplace.seeds(seed);
+    drawn(blend, Box::new(Population::new(config, &seeds)))
+}
+
+fn drawn(blend: &Blend, mut sampler: Box<dyn PosteriorSampler>) -> Sample {
+    let n_dim = blend.n_dim();
     loop {
-        let u = sampler.ask();
+        let u = sampler.ask().expect("a run that goes on");
         if u.is_empty() {
             break;
         }
@@ -192,14 +204,28 @@ fn population(blend: &Blend, laplace: &Laplace, seed: u64) -> Sample {
     }
 }
 
-fn slices(blend: &Blend) -> Sample {
+fn chains(blend: &Blend, laplace: &Laplace, seed: u64) -> Sample {
+    let config = NutsConfig {
+        n_dim: blend.n_dim(),
+        least_ess: LEAST_CHAIN_ESS,
+        seed,
+    };
+    let seeds = laplace.seeds(seed);
+    drawn(blend, Box::new(Nuts::new(config, &seeds)))
+}
+
+/// The posterior of nested slices, `sweeps` of the dimensions a point.
+fn slices(blend: &Blend, sweeps: usize, seed: u64) -> Sample {
     let n_dim = blend.n_dim();
     let config = SliceConfig {
         mode_dims: Vec::new(),
-        ..SliceConfig::new(n_dim, 200)
+        n_repeats: sweeps * n_dim,
+        seed,
+        ..SliceConfig::new(n_dim, N_LIVE)
     };
-    let log_l =
-        |u: &[f64]| Ok::<_, Infallible>(u.chunks_exact(n_dim).map(|u| blend.log_l(u)).collect());
+    let log_l = |u: &[f64]| -> Result<Vec<f64>, Infallible> {
+        Ok(u.chunks_exact(n_dim).map(|u| blend.log_l(u)).collect())
+    };
     let sampler = Box::new(Slice::new(config).expect("options"));
     let run = run(sampler, log_l, |_| ControlFlow::Continue(())).expect("a finished run");
     let evidence = run.evidence();
