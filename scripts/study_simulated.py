@@ -2,11 +2,16 @@
 """Finds the sources in fields of `vis2cat simulate` and compares with the truth, many fields in one table.
 
     study_simulated.py --simulate "--array ska1-mid --sources 100 --sefd 400Jy" --search "--memory 512MB"
+    study_simulated.py --simulate "--array meerkat --sources 30 --channels 64 --bandwidth 856MHz --tint 8s
+        --hours 0.0022222222 --smearing --beam meerkat" --starts 2020-01-01T18:00:00 2020-01-01T21:00:00
+        --search "--smearing --beam meerkat"
 
 Per field: what was found, missed and false, wall time, peak memory and likelihood evaluations. For all
 fields together: the pulls, (estimate - truth) / error, which should have mean 0 and rms 1; the parts of
 the truths that lie in the 68% and 95% intervals; how many of the modes of each probability P_source are
-true; and how many false rows and negative peaks there were. `docs/studies.md` has results. Needs numpy,
+true; and how many false rows and negative peaks there were. With `--starts` a field is a file for each of
+them, searched together: few integrations spread in hour angle. `--also` searches the same fields again with
+other options. `docs/studies.md` has results. Needs numpy,
 astropy, GNU time and a release build.
 """
 
@@ -28,6 +33,8 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--simulate", required=True, help="options of vis2cat simulate, as one word")
     parser.add_argument("--search", default="", help="options of vis2cat, as one word")
+    parser.add_argument("--also", help="options of a second search of the same fields, as one word")
+    parser.add_argument("--starts", nargs="+", help="start (UTC) of each part of an observation")
     parser.add_argument("--seeds", type=int, default=3, help="fields to make")
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--program", type=pathlib.Path, default=ROOT / "target/release/vis2cat")
@@ -59,13 +66,38 @@ def log_scale_pulls(out, truth, matched):
     return pulls
 
 
-def study(args, seed, folder):
-    """Makes and searches one field; what `vis2cat evaluate --json` says, with pulls of ln alpha."""
-    data, truth, out = (folder / f"seed{seed}{suffix}" for suffix in (".uvfits", ".truth.fits", ".fits"))
+def simulated(args, seed, folder):
+    """The files of one field and the table of its sources; made unless they are there."""
+    truth = folder / f"seed{seed}.truth.fits"
+    data = folder / f"seed{seed}.uvfits"
+    make = [args.program, "simulate", data, "--truth", truth, "--seed", str(seed), "--quiet", "--overwrite"]
     if not data.exists():
-        make = [args.program, "simulate", data, "--truth", truth, "--seed", str(seed), "--quiet", "--overwrite"]
         subprocess.run([*make, *shlex.split(args.simulate)], check=True)
-    search = [args.program, data, out, "--overwrite", "--quiet", *shlex.split(args.search)]
+    if not args.starts:
+        return [data], truth
+    # The same sky at each start, with other noise; the ratios of the parts add in squares.
+    options = shlex.split(args.simulate)
+    at = options.index("--sources")
+    options[at:at + 2] = ["--catalogue", str(truth)]
+    parts, snr2 = [], 0.0
+    for i, start in enumerate(args.starts):
+        part, seen = folder / f"seed{seed}.{i}.uvfits", folder / f"seed{seed}.{i}.truth.fits"
+        if not part.exists():
+            subprocess.run([args.program, "simulate", part, "--truth", seen, "--start", start, "--seed",
+                            str(1000 * seed + i), "--quiet", "--overwrite", *options], check=True)
+        parts.append(part)
+        snr2 = snr2 + np.array(Table.read(seen)["SNR"]) ** 2
+    table = Table.read(truth)
+    table["SNR"] = np.sqrt(snr2)
+    table.write(truth, overwrite=True)
+    return parts, truth
+
+
+def study(args, seed, folder, options, name):
+    """Makes and searches one field; what `vis2cat evaluate --json` says, with pulls of ln alpha."""
+    data, truth = simulated(args, seed, folder)
+    out = folder / f"seed{seed}{name}.fits"
+    search = [args.program, *data, out, "--overwrite", "--quiet", *shlex.split(options)]
     seconds, megabytes = timed(search)
     run = {str(row["KEY"]).strip(): str(row["VALUE"]).strip() for row in Table.read(out, hdu="RUN")}
     result = {"rows": len(Table.read(out, hdu=1)), "seconds": seconds, "matched": []}
@@ -119,11 +151,21 @@ def main():
     with tempfile.TemporaryDirectory() as scratch:
         folder = args.keep or pathlib.Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
-        results = []
+        results, also = [], []
         for seed in range(args.first_seed, args.first_seed + args.seeds):
-            results.append(study(args, seed, folder))
+            results.append(study(args, seed, folder, args.search, ""))
+            if args.also is not None:
+                also.append(study(args, seed, folder, args.also, ".also"))
             if not args.keep:
-                (folder / f"seed{seed}.uvfits").unlink()
+                for file in folder.glob(f"seed{seed}.*uvfits"):
+                    file.unlink()
+        summarise(results)
+        if also:
+            print(f"\nwith {args.also or 'no options'}:")
+            summarise(also)
+
+
+def summarise(results):
     found, missed, false, negative = (
         sum(len(r[key]) if isinstance(r[key], list) else r[key] for r in results)
         for key in ("matched", "missed", "n_false", "n_negative")

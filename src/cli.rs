@@ -3,6 +3,7 @@
 mod convert;
 mod evaluate;
 mod info;
+mod instrument;
 mod progress;
 mod select;
 mod simulate;
@@ -31,6 +32,8 @@ Examples:
       Chains for getdist and anesthetic beside the catalogue, chains/source_1.txt and so on.
   vis2cat day1.ms day2.uvfits sources.fits
       Several observations of one field, in one likelihood.
+  vis2cat wide.ms sources.fits --fov 1.4deg --smearing --beam meerkat --spectral-index -0.7
+      A wide field of MeerKAT: flux densities are those outside the beam.
   vis2cat info field.uvfits
       What is in the file, and how noisy it is.
   vis2cat convert field.ms field.uvfits
@@ -162,6 +165,8 @@ struct Flags {
     /// Noise level: auto, weights, data or sefd=400Jy [default: auto]
     #[arg(long, value_name = "SOURCE")]
     noise: Option<NoiseSource>,
+    #[command(flatten)]
+    instrument: instrument::InstrumentArgs,
     /// Keep the modes as first found: do not sample each source with the others removed
     #[arg(long)]
     no_refine: bool,
@@ -200,6 +205,15 @@ impl Flags {
         set(&mut config.tiles, self.tiles.map(Tiling::Count));
         set(&mut config.tiles, self.tile_size.map(Tiling::Size));
         set(&mut config.noise, self.noise);
+        config.smearing |= self.instrument.smearing;
+        set(
+            &mut config.beam,
+            self.instrument.beam.map(|choice| choice.0),
+        );
+        set(
+            &mut config.spectral_index,
+            self.instrument.spectral_index.map(Some),
+        );
         set(&mut config.seed, self.seed);
         set(&mut config.memory, self.memory);
         set(&mut config.acronym, self.acronym);

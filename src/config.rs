@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::prior::{EllipticityPrior, FluxPrior, ScalePrior, ScaleRelation, SourcePrior};
 use crate::rime::shape::Profile;
+use crate::rime::{Beam, InstrumentTerms};
 use crate::units::{ARCSEC, Angle, Flux, Memory, Range, UnitError};
 
 /// Live points of a tile, and of the paper's single global run.
@@ -77,6 +78,12 @@ pub struct Config {
     pub screening: bool,
     /// Where the noise level comes from.
     pub noise: NoiseSource,
+    /// Model time and bandwidth smearing.
+    pub smearing: bool,
+    /// Primary beam; none = flux densities are apparent ones.
+    pub beam: Option<Beam>,
+    /// Spectral index of all sources; none = the same flux density in all channels.
+    pub spectral_index: Option<f64>,
     /// Re-sample each source with all others removed, until nothing new is found.
     pub refine: bool,
     /// Seed of every random stream.
@@ -107,6 +114,9 @@ impl Default for Config {
             tiles: Tiling::Auto,
             screening: true,
             noise: NoiseSource::Auto,
+            smearing: false,
+            beam: None,
+            spectral_index: None,
             refine: true,
             seed: 1,
             memory: Memory(256e6),
@@ -404,6 +414,13 @@ impl Config {
             self.memory.0 >= 16e6,
             "must be at least 16MB",
         )?;
+        let index = self.spectral_index.unwrap_or(0.0);
+        require(
+            "spectral-index",
+            index,
+            index.abs() <= 10.0,
+            "must lie between -10 and 10",
+        )?;
         let n_live = self.n_live.unwrap_or(N_LIVE_TILE);
         require(
             "n-live",
@@ -431,6 +448,15 @@ impl Config {
             Tiling::Auto => {}
         }
         self.prior.check()
+    }
+
+    /// The terms of the instrument.
+    pub fn instrument(&self) -> InstrumentTerms {
+        InstrumentTerms {
+            smearing: self.smearing,
+            beam: self.beam,
+            spectral_index: self.spectral_index,
+        }
     }
 
     /// Is the field to be searched in one run, as in the paper? Only where the user says so: a

@@ -26,12 +26,15 @@ pub use snr_map::Extremes;
 pub use survey::Survey;
 pub use views::{EngineOptions, View, ViewRequest};
 
+use std::sync::Arc;
+
 use vis2cat_formats::{Field, Observation};
 
 use crate::checkpoint::{Checkpoint, CheckpointError};
+use crate::coords::Lm;
 use crate::likelihood::VisBlock;
-use crate::rime::Source;
 use crate::rime::shape::Profile;
+use crate::rime::{Instrument, Source};
 
 /// Samples in a block: 36 bytes each, so that a block stays in a core's second-level cache.
 pub const BLOCK_LEN: usize = 8192;
@@ -85,6 +88,8 @@ pub struct DataInfo {
     pub max_uv: f64,
     /// Largest |w| used [wavelength].
     pub max_w: f64,
+    /// Largest change of what a smearing loss is the sinc of, with direction cosines [turn].
+    pub max_blur: f64,
     /// Width (standard deviation) of the response to a typical source at natural weight [rad].
     pub beam_rad: f64,
     /// Noise level of each file and where it comes from.
@@ -106,6 +111,7 @@ pub struct Dataset {
     memory_bytes: f64,
     sizes: Vec<views::FacetSize>,
     uv_profile: uv_profile::UvProfile,
+    instrument: Option<Arc<Instrument>>,
 }
 
 enum Store {
@@ -132,6 +138,18 @@ impl Dataset {
     /// The phase centre that the data are selected for.
     pub fn phase_centre(&self) -> &Field {
         &self.observation.fields[0]
+    }
+
+    /// Frequency that flux densities are given at [Hz]: the middle of the band where terms of the
+    /// instrument are asked for, else the weighted mean.
+    pub fn ref_freq_hz(&self) -> f64 {
+        let instrument = self.instrument.as_ref();
+        instrument.map_or(self.info.mean_freq_hz, |i| i.ref_freq_hz())
+    }
+
+    /// The primary beam at `lm`, in the middle of the band; none without a beam.
+    pub fn beam_at(&self, lm: Lm) -> Option<f64> {
+        self.instrument.as_ref().and_then(|i| i.beam_at(lm))
     }
 
     /// Points evaluated so far.

@@ -12,6 +12,7 @@ pub mod detect;
 pub mod evaluate;
 pub mod likelihood;
 mod normal;
+mod polynomial;
 pub mod prior;
 pub mod rime;
 pub mod run;

@@ -4,10 +4,13 @@
 //! ln L - ln L0 = S X - S² Y / 2
 //! X = Σ w F Re[d exp(-2πi φ)]      Y = Σ w F²
 //! ```
+//!
+//! Where terms of the instrument are asked for ([`Extents`]), F is F times their factor s.
 
 mod block;
 mod cross;
 mod exact;
+mod extents;
 pub mod facet;
 pub mod kernel;
 mod plain;
@@ -18,6 +21,7 @@ mod subtract;
 pub use block::VisBlock;
 pub use cross::{accumulate_pairs, joint_log_l, pairs, plain_cross, xy_without_others};
 pub use exact::{accumulate_blocks, xy_batch};
+pub use extents::Extents;
 pub use kernel::{Isa, PairTerm, SourceTerm};
 pub use plain::plain_xy;
 pub use subtract::subtract;

@@ -215,6 +215,7 @@ fn open(
             ..ReadOptions::default()
         },
         noise: config.noise,
+        instrument: config.instrument(),
         memory_bytes: config.memory.0,
         profile: config.prior.profile,
         typical_scale_rad: prior.scale.from_unit(0.5, prior.flux.low_jy),

@@ -6,9 +6,9 @@
 //! centre, time, channels -+   (observation, plan)      (uvw, model, noise)
 //! ```
 //!
-//! Memory is a chunk, whatever the length of the observation. What is simulated is a point in time
-//! and frequency: nothing is smeared over the sample or the channel, there is no primary beam, and
-//! no autocorrelation is written.
+//! Memory is a chunk, whatever the length of the observation. Smearing over the sample and the channel,
+//! a primary beam and a spectral index are simulated where they are asked for; no autocorrelation is
+//! written.
 //!
 //! # Examples
 //! ```

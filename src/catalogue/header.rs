@@ -26,6 +26,8 @@ pub struct CatalogueHeader {
     pub profile: Profile,
     /// Seed of all randomness.
     pub seed: u64,
+    /// A primary beam was applied: there are `App_flux` and `PB_gain`.
+    pub has_beam: bool,
     /// Ranges of the priors.
     pub priors: Vec<PriorRange>,
     /// The configuration in full, one line each.

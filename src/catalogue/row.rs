@@ -112,6 +112,8 @@ pub struct SourceRow {
     pub log_z: Estimate,
     /// Probability that this is a source.
     pub p_source: f64,
+    /// The primary beam there; NaN where none was applied.
+    pub pb_gain: f64,
     /// Largest difference of ln L, exact minus fast engine; NaN if there was no exact pass.
     pub max_dlog_l: f64,
     /// What to be careful about.

@@ -6,7 +6,7 @@ use vis2cat_formats::WriteError;
 use vis2cat_formats::fits::{Cards, Column, TableSpec, prepare_tables, refuse_existing};
 
 use super::band::ucd_band;
-use super::columns::{CATALOGUE, MODES, POSTERIOR, RUN, build};
+use super::columns::{CATALOGUE, MODES, POSTERIOR, RUN, build, is_of_beam};
 use super::header::{CatalogueHeader, minimal};
 use super::row::{ModeRow, PosteriorRow, RunEntry, SourceRow};
 
@@ -67,12 +67,10 @@ pub fn write(
     }
     paths.refuse_existing(overwrite)?;
     let band = ucd_band(header.ref_freq_hz);
+    let mut columns = build(CATALOGUE, sources, band);
+    columns.retain(|column| header.has_beam || !is_of_beam(&column.name));
     let tables = [
-        table(
-            "CATALOGUE",
-            build(CATALOGUE, sources, band),
-            header.catalogue(),
-        ),
+        table("CATALOGUE", columns, header.catalogue()),
         table("MODES", build(MODES, modes, band), header.table()),
         table("RUN", build(RUN, run, band), minimal()),
     ];

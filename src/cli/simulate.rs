@@ -25,8 +25,10 @@ Examples:
   vis2cat simulate field.uvfits --array ska1-mid --sources 20 --truth truth.fits
   vis2cat simulate field.uvfits --array meerkat --catalogue truth.fits --tint 8s --hours 1
   vis2cat simulate field.uvfits --array my_array.csv --sources 5 --fov 10arcmin --no-noise
+  vis2cat simulate wide.ms --array meerkat --sources 20 --fov 1.4deg --channels 64 \
+      --bandwidth 856MHz --freq 1284MHz --tint 8s --hours 1 --smearing --beam meerkat
 
-Nothing is smeared within a sample or a channel, and there is no primary beam.";
+Without --smearing samples are points in time and frequency.";
 
 /// Flags of `vis2cat simulate`.
 #[derive(Debug, Args)]
@@ -93,6 +95,8 @@ pub(crate) struct SimulateArgs {
     /// No noise; the weights stay those of the noise
     #[arg(long)]
     no_noise: bool,
+    #[command(flatten)]
+    instrument: super::instrument::InstrumentArgs,
     /// Seed of the population and of the noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -145,6 +149,7 @@ impl SimulateArgs {
             corrs: self.hands.corrs(),
             sefd_jy: self.sefd.map(|sefd| sefd.0),
             noise: !self.no_noise,
+            instrument: self.instrument.terms(),
             seed: self.seed,
             ut1_utc_s: self.ut1_utc.map(|t| t.0),
             ..SimulateConfig::default()

@@ -1,10 +1,13 @@
 //! Rows of a file to blocks of Stokes I samples.
 
+use std::sync::Arc;
+
 use num_complex::Complex;
 use vis2cat_formats::{Observation, StokesIRule, VisChunk, VisReader};
 
 use super::{BLOCK_LEN, DatasetError};
-use crate::likelihood::VisBlock;
+use crate::likelihood::{Extents, VisBlock};
+use crate::rime::{Extent, Instrument};
 use crate::units::SPEED_OF_LIGHT;
 
 /// Rows that are read at a time.
@@ -50,8 +53,8 @@ pub(super) struct Sample {
     pub(super) chan: usize,
     /// Time stamp [MJD].
     pub(super) time_mjd: f64,
-    /// Frequency [Hz].
-    pub(super) freq_hz: f64,
+    /// Frequency [Hz], channel width [Hz], integration time [s], which is not a number where not known.
+    pub(super) extent: Extent,
     /// Baseline coordinates [wavelength].
     pub(super) uvw: [f64; 3],
     /// Stokes I [Jy].
@@ -86,6 +89,8 @@ pub(super) struct Ingest {
     file_of_setup: Vec<u32>,
     /// What is done with the weights of each file.
     weights: Vec<WeightRule>,
+    /// Terms of the instrument.
+    instrument: Option<Arc<Instrument>>,
     chunk: VisChunk,
     /// Weight of each correlation, where the file's is not to be used.
     sefd_weight_p: Vec<f32>,
@@ -121,6 +126,7 @@ impl Ingest {
             rule,
             file_of_setup,
             weights,
+            instrument: None,
             chunk,
             row: 0,
             at_end: false,
@@ -140,6 +146,10 @@ impl Ingest {
         self.weights = weights;
     }
 
+    pub(super) fn set_instrument(&mut self, instrument: Option<Arc<Instrument>>) {
+        self.instrument = instrument;
+    }
+
     pub(super) fn rewind(&mut self) -> Result<(), DatasetError> {
         self.reader.rewind()?;
         self.chunk.clear(0, 0);
@@ -154,6 +164,7 @@ impl Ingest {
         tally: &mut impl Tally,
     ) -> Result<Option<VisBlock>, DatasetError> {
         let mut block = VisBlock::with_capacity(self.block_len);
+        block.extents = Extents::of(self.instrument.clone());
         while block.len() < BLOCK_LEN && !self.at_end {
             if self.row == self.chunk.n_row {
                 self.row = 0;
@@ -200,18 +211,24 @@ impl Ingest {
             let half_difference = self.rule.half_difference(vis_jy_p, weight_p, flag_p);
             let freq_hz = setup.freq_hz_f[chan];
             let uvw = uvw_m.map(|metres| metres * freq_hz / SPEED_OF_LIGHT);
+            let extent = Extent {
+                freq_hz,
+                width_hz: setup.chan_width_hz_f[chan].abs(),
+                interval_s,
+            };
             tally.sample(&Sample {
                 file,
                 baseline,
                 chan,
                 time_mjd: chunk.time_mjd_r[r],
-                freq_hz,
+                extent,
                 uvw,
                 vis_jy,
                 weight,
                 half_difference_jy: half_difference.map(|(difference_jy, _)| difference_jy),
             });
             weights.push(block, uvw, vis_jy, weight);
+            block.extents.push(extent);
         }
     }
 }

@@ -223,7 +223,11 @@ mod tests {
                     baseline: (0, 1),
                     chan: 0,
                     time_mjd: 0.0,
-                    freq_hz: 1e9,
+                    extent: crate::rime::Extent {
+                        freq_hz: 1e9,
+                        width_hz: 1e6,
+                        interval_s: 10.0,
+                    },
                     uvw: [0.0; 3],
                     vis_jy: Complex::default(),
                     weight,

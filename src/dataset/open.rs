@@ -1,6 +1,7 @@
 //! The first pass over a file: selection, counts, noise, and the decision to hold or to stream.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use vis2cat_formats::{Observation, ReadOptions, open_all, stokes_i};
 
@@ -11,8 +12,10 @@ use super::stream::Stream;
 use super::uv_profile::UvProfile;
 use super::{DataInfo, Dataset, DatasetError, EngineOptions, Store};
 use crate::config::NoiseSource;
+use crate::coords::{IcrsCentre, RaDec};
 use crate::likelihood::VisBlock;
 use crate::rime::shape::Profile;
+use crate::rime::{Instrument, InstrumentTerms, pole_of};
 
 /// What to take from a file, and how.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +32,8 @@ pub struct OpenOptions {
     pub typical_scale_rad: f64,
     /// How the likelihood of many points in a region is computed.
     pub engine: EngineOptions,
+    /// Terms of the instrument.
+    pub instrument: InstrumentTerms,
 }
 
 impl Dataset {
@@ -54,17 +59,15 @@ impl Dataset {
             _ => WeightRule::Scaled(1.0),
         };
         let mut ingest = Ingest::new(reader, rule, file_of_setup, vec![weights; paths.len()]);
+        let instrument = instrument(&observation, &options.instrument).map(Arc::new);
+        ingest.set_instrument(instrument.clone());
         let mut tallies = FirstPass::new(paths.len(), options.typical_scale_rad);
         let blocks = first_pass(&mut ingest, &mut tallies, options.memory_bytes, &mut |n| {
             progress(n, observation.n_row);
         })?;
         let mut noise = Vec::new();
         for (file, tally) in tallies.files.iter().enumerate() {
-            noise.push(
-                tally
-                    .check(options.noise)
-                    .map_err(|what| unusable(file, what))?,
-            );
+            noise.push(tally.check(options).map_err(|what| unusable(file, what))?);
         }
         let (info, uv_profile) = tallies.finish(ingest.n_row(), noise);
         let scales: Vec<f64> = info.noise.iter().map(|noise| noise.weight_scale).collect();
@@ -91,8 +94,27 @@ impl Dataset {
             memory_bytes: options.memory_bytes,
             sizes: Vec::new(),
             uv_profile,
+            instrument,
         })
     }
+}
+
+/// The terms of the instrument for all rows of all files: of several, the band is that of all together.
+fn instrument(observation: &Observation, terms: &InstrumentTerms) -> Option<Instrument> {
+    let freqs_hz = (observation.freq_setups.iter()).flat_map(|setup| &setup.freq_hz_f);
+    let band_hz = freqs_hz.fold([f64::INFINITY, 0.0], |[low, high], &freq_hz| {
+        [low.min(freq_hz), f64::max(high, freq_hz)]
+    });
+    let field = &observation.fields[0];
+    let native = RaDec {
+        ra_rad: field.ra_rad,
+        dec_rad: field.dec_rad,
+    };
+    // The pole moves by 20 arcsec a year.
+    let year: Option<f64> = observation.date_obs.get(..4).and_then(|y| y.parse().ok());
+    let pole = pole_of(year.unwrap_or(2000.0) + 0.5);
+    let pole = IcrsCentre::new(native, field.frame).from_icrs(pole);
+    Instrument::new(terms, band_hz, pole)
 }
 
 /// The blocks with their final weights: read again where the scale has changed, so that held and
@@ -123,7 +145,8 @@ fn first_pass(
     let mut n_sample = 0;
     while let Some(block) = ingest.next_block(tally)? {
         n_sample += block.len();
-        if (n_sample * RESIDENT_BYTES) as f64 > memory_bytes {
+        let bytes = RESIDENT_BYTES + block.extents.sample_bytes();
+        if (n_sample * bytes) as f64 > memory_bytes {
             kept = None;
         }
         if let Some(blocks) = &mut kept {
@@ -166,6 +189,7 @@ struct FileTally {
     info: DataInfo,
     noise: NoiseTally,
     uv_profile: UvProfile,
+    n_without_interval: u64,
     typical_scale_rad: f64,
     sum_weight: f64,
     sum_weight_freq: f64,
@@ -201,6 +225,7 @@ impl FirstPass {
                 last_mjd: info.last_mjd.max(file.info.last_mjd),
                 max_uv: info.max_uv.max(file.info.max_uv),
                 max_w: info.max_w.max(file.info.max_w),
+                max_blur: info.max_blur.max(file.info.max_blur),
                 ..info
             };
         }
@@ -232,6 +257,7 @@ impl FileTally {
             info: empty_info(),
             noise: NoiseTally::default(),
             uv_profile: UvProfile::default(),
+            n_without_interval: 0,
             typical_scale_rad,
             sum_weight: 0.0,
             sum_weight_freq: 0.0,
@@ -241,12 +267,15 @@ impl FileTally {
     }
 
     /// The noise of a file that can be used; why it cannot is told in words.
-    fn check(&self, source: NoiseSource) -> Result<NoiseReport, String> {
+    fn check(&self, options: &OpenOptions) -> Result<NoiseReport, String> {
         if self.info.n_sample == 0 {
             let n = self.info.n_flagged;
             return Err(format!("no unflagged visibility is left ({n} are flagged)"));
         }
-        let noise = self.noise.report(source);
+        if options.instrument.smearing && self.n_without_interval > 0 {
+            return Err("there are no integration times, which --smearing needs".into());
+        }
+        let noise = self.noise.report(options.noise);
         if !(noise.weights_sigma_jy.is_finite() && noise.weight_scale.is_finite()) {
             return Err("the weights are not usable; try --noise sefd=400Jy".into());
         }
@@ -262,10 +291,13 @@ impl FileTally {
         let uv2 = u * u + v * v;
         info.max_uv = info.max_uv.max(uv2.sqrt());
         info.max_w = info.max_w.max(w.abs());
+        let blur = sample.extent.blur();
+        self.n_without_interval += u64::from(blur.is_nan());
+        info.max_blur = info.max_blur.max((uv2 + w * w).sqrt() * blur);
         let weight = f64::from(sample.weight);
         self.uv_profile.add(sample.uvw, weight);
         self.sum_weight += weight;
-        self.sum_weight_freq += weight * sample.freq_hz;
+        self.sum_weight_freq += weight * sample.extent.freq_hz;
         // F² of an exponential disk of the typical scale-length.
         let t = 1.0 + (std::f64::consts::TAU * self.typical_scale_rad).powi(2) * uv2;
         let tapered = weight / (t * t * t);

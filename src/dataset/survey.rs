@@ -14,7 +14,9 @@ use super::uv_profile::Binned;
 use super::{Dataset, DatasetError};
 use crate::coords::Lm;
 use crate::likelihood::VisBlock;
-use crate::likelihood::facet::{Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetWeights, Reach};
+use crate::likelihood::facet::{
+    Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetWeights, Gains, Reach,
+};
 use crate::prior::{Region, SourcePrior};
 use crate::rime::Source;
 use crate::rime::shape::Ellipticity;
@@ -31,6 +33,9 @@ const SCALE_STEP: f64 = 2.0;
 const SCALE_TAIL: f64 = 0.02;
 /// Second-order w term at the corners of a facet: 0.3 radian.
 const W_TERM_MAX: f64 = 0.05;
+/// Most that smearing may change at the longest baseline from the centre of a facet to a corner. The ratio
+/// of a source falls by half the mean square of the change over all baselines.
+const GAIN_CHANGE_MAX: f64 = 0.35;
 /// Most cells of a level: the larger a facet the better, until its grid falls out of the cache.
 const CELLS_MAX: usize = 250_000;
 /// Sources drawn from the prior to see how much of them is seen, and the part that may be seen less.
@@ -72,6 +77,7 @@ impl Dataset {
         let reach = Reach {
             uv: uv.min(self.info.max_uv),
             w,
+            blur: self.blur(),
         };
         let (plan, n_facet) = self.survey_plan(field, reach, &scales_rad)?;
         let side_rad = plan.side_rad();
@@ -122,6 +128,10 @@ impl Dataset {
                 longest_axis_rad: scales_rad.last().copied().unwrap_or_default(),
                 profile: self.profile,
                 w_term_max: W_TERM_MAX,
+                gains: match self.instrument {
+                    Some(_) => Gains::Centre(GAIN_CHANGE_MAX),
+                    None => Gains::None,
+                },
             });
             match plan {
                 Ok(plan) if plan.level_cells() <= CELLS_MAX => return Ok((plan, n_facet)),
@@ -234,7 +244,7 @@ impl Dataset {
                 builder.add(&short);
             })?;
             let facets = builder.finish();
-            survey.weights = facets.first().map(Facet::weights);
+            survey.weights = facets.first().and_then(Facet::weights);
             let maps: Vec<SnrMap> = facets
                 .into_par_iter()
                 .zip(regions)

@@ -9,7 +9,8 @@ use super::{Dataset, DatasetError, Request};
 use crate::config::Engine;
 use crate::likelihood::Xy;
 use crate::likelihood::facet::{
-    Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetWeights, Reach, W_TERM_MAX,
+    Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetWeights, GAIN_TERM_MAX, Gains, Reach,
+    W_TERM_MAX,
 };
 use crate::prior::Region;
 use crate::rime::Source;
@@ -214,10 +215,28 @@ impl Dataset {
             reach: Reach {
                 uv: self.info.max_uv,
                 w: self.info.max_w,
+                blur: self.blur(),
             },
             longest_axis_rad: self.engine.longest_axis_rad,
             profile: self.profile,
             w_term_max: W_TERM_MAX,
+            gains: match self.instrument {
+                Some(_) => Gains::Followed(GAIN_TERM_MAX),
+                None => Gains::None,
+            },
+        }
+    }
+
+    /// Reach of smearing: that of the samples, in single precision.
+    pub(super) fn blur(&self) -> f64 {
+        let is_smeared = self
+            .instrument
+            .as_ref()
+            .is_some_and(|i| i.smearing.is_some());
+        if is_smeared {
+            self.info.max_blur * (1.0 + 1e-6)
+        } else {
+            0.0
         }
     }
 
@@ -246,7 +265,7 @@ impl Dataset {
         let mut builder = builder.restoring(restored);
         self.for_few_blocks(|blocks| builder.add(blocks))?;
         let facets = builder.finish();
-        self.sizes[size].weights = facets.first().map(Facet::weights);
+        self.sizes[size].weights = facets.first().and_then(Facet::weights);
         Ok(facets)
     }
 }

@@ -1,5 +1,9 @@
 //! A block of Stokes I samples, one array a quantity.
 
+use super::extents::Extents;
+use super::kernel::{self, Isa};
+use crate::coords::Lm;
+
 /// Samples in the form that the kernels eat: only unflagged ones, Stokes I, coordinates in
 /// wavelengths, data multiplied by their weight.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -16,6 +20,8 @@ pub struct VisBlock {
     pub weighted_im: Vec<f32>,
     /// Weight 1/σ² [Jy⁻²], σ that of the real and of the imaginary part.
     pub weight: Vec<f32>,
+    /// What the samples are means over, where that is asked for.
+    pub extents: Extents,
 }
 
 impl VisBlock {
@@ -28,6 +34,7 @@ impl VisBlock {
             weighted_re: Vec::with_capacity(len),
             weighted_im: Vec::with_capacity(len),
             weight: Vec::with_capacity(len),
+            extents: Extents::default(),
         }
     }
 
@@ -39,6 +46,7 @@ impl VisBlock {
         self.weighted_re.clone_from(&other.weighted_re);
         self.weighted_im.clone_from(&other.weighted_im);
         self.weight.clone_from(&other.weight);
+        self.extents.copy_from(&other.extents);
     }
 
     /// Number of samples.
@@ -58,7 +66,29 @@ impl VisBlock {
             weighted_re: singles(&self.weighted_re),
             weighted_im: singles(&self.weighted_im),
             weight: singles(&self.weight),
+            extents: self.extents.select(which),
         }
+    }
+
+    /// The largest change of what a smearing loss is the sinc of with direction cosines [turn]; 0 without
+    /// smearing.
+    pub(super) fn blur(&self) -> f64 {
+        let length = |k: usize| (self.u[k].powi(2) + self.v[k].powi(2) + self.w[k].powi(2)).sqrt();
+        let extent = |k: usize| self.extents.blur(k);
+        let n = if self.extents.are_smeared() {
+            self.len()
+        } else {
+            0
+        };
+        (0..n).fold(0.0, |most, k| f64::max(most, length(k) * extent(k)))
+    }
+
+    /// The factors of the instrument for a source at `lm`; none without.
+    pub(super) fn gains(&self, isa: Isa, lm: Lm) -> Option<Vec<f32>> {
+        let gain = self.extents.gain(lm)?;
+        let mut gains = vec![0.0; self.len()];
+        kernel::look(isa, self, &gain, &mut gains);
+        Some(gains)
     }
 
     /// True without samples.

@@ -85,7 +85,8 @@ pub fn plain_cross(block: &VisBlock, pair: &[Source; 2], profile: Profile) -> f6
         let [f, g] = pair.map(|source| {
             let [u_seen, v_seen] = source.lm.uv_seen(u, v, w);
             let form = QuadraticForm::new(source.scale_rad, source.e);
-            profile.shape().factor(form.at(u_seen, v_seen))
+            let gain = block.extents.factor(k, source.lm, [u, v, w]);
+            gain * profile.shape().factor(form.at(u_seen, v_seen))
         });
         block.weight[k] as f64 * f * g * (TAU * phase).cos()
     };
@@ -95,7 +96,7 @@ pub fn plain_cross(block: &VisBlock, pair: &[Source; 2], profile: Profile) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::likelihood::samples::{PROFILES, noise, sources};
+    use crate::likelihood::samples::{MEERKAT, PROFILES, noise, seen, sources};
     use crate::likelihood::{plain_xy, subtract};
     use crate::units::ARCSEC;
 
@@ -141,6 +142,16 @@ mod tests {
                     assert!(worst < 2e-6, "{isa:?} {profile:?} {len}: {worst:e}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn factors_of_the_instrument_are_those_of_both() {
+        let pairs = close_pairs(30);
+        let block = seen(noise(3_000, 4), MEERKAT);
+        for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
+            let worst = worst(isa, &block, &pairs, Profile::Exponential);
+            assert!(worst < 5e-6, "{isa:?}: {worst:e}");
         }
     }
 

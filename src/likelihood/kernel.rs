@@ -26,7 +26,9 @@ pub use cross::PairTerm;
 pub use isa::Isa;
 pub use term::SourceTerm;
 
+use super::extents::Gain;
 use super::{VisBlock, Xy};
+use crate::coords::Lm;
 use crate::rime::Source;
 use crate::rime::shape::Profile;
 use model::Model;
@@ -50,19 +52,45 @@ pub fn accumulate(isa: Isa, block: &VisBlock, terms: &[SourceTerm], out: &mut [X
         isa.is_available(),
         "{isa:?} is not available on this processor"
     );
+    let gains = gains(block, terms.iter().map(SourceTerm::place));
     let mut sums = vec![Xy::default(); terms.len()];
     match isa {
-        Isa::Portable => portable::accumulate(block, terms, &mut sums),
+        Isa::Portable => portable::accumulate(block, terms, &gains, &mut sums),
         #[cfg(target_arch = "x86_64")]
-        Isa::Avx2 => avx2::accumulate(block, terms, &mut sums),
+        Isa::Avx2 => avx2::accumulate(block, terms, &gains, &mut sums),
         #[cfg(target_arch = "x86_64")]
-        Isa::Avx512 => avx512::accumulate(block, terms, &mut sums),
+        Isa::Avx512 => avx512::accumulate(block, terms, &gains, &mut sums),
         #[cfg(not(target_arch = "x86_64"))]
-        _ => portable::accumulate(block, terms, &mut sums),
+        _ => portable::accumulate(block, terms, &gains, &mut sums),
     }
     for (out, sum) in out.iter_mut().zip(sums) {
         out.x += sum.x;
         out.y += sum.y;
+    }
+}
+
+/// The factors of sources at `places`; none where the block has no terms of the instrument.
+fn gains(block: &VisBlock, places: impl Iterator<Item = Lm>) -> Vec<Gain> {
+    places.map_while(|lm| block.extents.gain(lm)).collect()
+}
+
+/// Works out the factors of the instrument for all samples of `block`, which has extents.
+///
+/// # Panics
+/// If the processor lacks `isa`.
+pub(super) fn look(isa: Isa, block: &VisBlock, gain: &Gain, gains: &mut [f32]) {
+    assert!(
+        isa.is_available(),
+        "{isa:?} is not available on this processor"
+    );
+    match isa {
+        Isa::Portable => model::look(block, gain, gains),
+        #[cfg(target_arch = "x86_64")]
+        Isa::Avx2 => avx2::look(block, gain, gains),
+        #[cfg(target_arch = "x86_64")]
+        Isa::Avx512 => avx512::look(block, gain, gains),
+        #[cfg(not(target_arch = "x86_64"))]
+        _ => model::look(block, gain, gains),
     }
 }
 
@@ -79,14 +107,15 @@ pub fn accumulate_pairs(isa: Isa, block: &VisBlock, terms: &[PairTerm], sums: &m
         isa.is_available(),
         "{isa:?} is not available on this processor"
     );
+    let gains = gains(block, terms.iter().flat_map(PairTerm::places));
     match isa {
-        Isa::Portable => cross::accumulate(block, terms, sums),
+        Isa::Portable => cross::accumulate(block, terms, &gains, sums),
         #[cfg(target_arch = "x86_64")]
-        Isa::Avx2 => avx2::accumulate_pairs(block, terms, sums),
+        Isa::Avx2 => avx2::accumulate_pairs(block, terms, &gains, sums),
         #[cfg(target_arch = "x86_64")]
-        Isa::Avx512 => avx512::accumulate_pairs(block, terms, sums),
+        Isa::Avx512 => avx512::accumulate_pairs(block, terms, &gains, sums),
         #[cfg(not(target_arch = "x86_64"))]
-        _ => cross::accumulate(block, terms, sums),
+        _ => cross::accumulate(block, terms, &gains, sums),
     }
 }
 
@@ -102,7 +131,8 @@ pub fn subtract(isa: Isa, block: &mut VisBlock, sources: &[(Source, Profile)]) {
         isa.is_available(),
         "{isa:?} is not available on this processor"
     );
-    let models: Vec<_> = sources.iter().map(Model::new).collect();
+    let model = |source| Model::new(source, &block.extents);
+    let models: Vec<_> = sources.iter().map(model).collect();
     match isa {
         Isa::Portable => model::subtract(block, &models),
         #[cfg(target_arch = "x86_64")]

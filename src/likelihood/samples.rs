@@ -1,18 +1,20 @@
 //! Made-up visibilities and sources for the tests of this room.
 
-use super::VisBlock;
+use super::{Extents, VisBlock};
 use crate::coords::Lm;
-use crate::rime::Source;
 use crate::rime::shape::{Ellipticity, Profile};
+use crate::rime::{Extent, Instrument, InstrumentTerms, Source};
 use crate::units::ARCSEC;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, LogNormal, StandardNormal};
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 pub(super) const PROFILES: [Profile; 3] = [Profile::Exponential, Profile::Gaussian, Profile::Point];
 
-/// Longest baseline [wavelength].
+/// Longest baseline [wavelength], and the scale that makes it one of MeerKAT.
+pub(super) const MEERKAT: f64 = 35e3 / REACH;
 const REACH: f64 = 7.5e5;
 
 /// `len` samples of noise of 1.85 mJy, |uv| from 100 to 750 000 wavelengths, log-uniform, w up to
@@ -62,4 +64,32 @@ pub(super) fn sources(count: usize, seed: u64) -> Vec<Source> {
             }
         })
         .collect()
+}
+
+/// All terms of the instrument, over an octave about 1.28 GHz, seen from declination -30.
+pub(super) fn instrument(beam: &str) -> Instrument {
+    let terms = InstrumentTerms {
+        smearing: true,
+        beam: Some(beam.parse().unwrap()),
+        spectral_index: Some(-0.7),
+    };
+    let pole = [0.0, 0.75f64.sqrt(), -0.5];
+    Instrument::new(&terms, [0.856e9, 1.712e9], pole).unwrap()
+}
+
+/// The samples of `block` as MeerKAT might have seen them: 64 channels over an octave, 4 to 12 s,
+/// baselines times `scale`.
+pub(super) fn seen(mut block: VisBlock, scale: f64) -> VisBlock {
+    block.extents = Extents::of(Some(Arc::new(instrument("meerkat"))));
+    for k in 0..block.len() {
+        block.extents.push(Extent {
+            freq_hz: 0.856e9 * (1.0 + (k % 64) as f64 / 63.0),
+            width_hz: 13.4e6,
+            interval_s: 4.0 + (k % 5) as f64 * 2.0,
+        });
+        for of in [&mut block.u, &mut block.v, &mut block.w] {
+            of[k] *= scale;
+        }
+    }
+    block
 }

@@ -16,7 +16,7 @@ pub fn subtract(block: &mut VisBlock, sources: &[(Source, Profile)]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::likelihood::samples::{PROFILES, noise, sources};
+    use crate::likelihood::samples::{MEERKAT, PROFILES, noise, seen, sources};
     use crate::rime::predict;
     use num_complex::Complex;
 
@@ -38,7 +38,11 @@ mod tests {
         let total: f64 = sources.iter().map(|(s, _)| s.flux_jy).sum();
         let error = |k: usize| {
             let (u, v, w) = (block.u[k], block.v[k], block.w[k]);
-            let model: Complex<f64> = sources.iter().map(|(s, p)| predict(s, *p, u, v, w)).sum();
+            let gain = |lm| block.extents.factor(k, lm, [u, v, w]);
+            let models = sources
+                .iter()
+                .map(|(s, p)| predict(s, *p, u, v, w) * gain(s.lm));
+            let model: Complex<f64> = models.sum();
             let taken = -Complex::new(got.weighted_re[k] as f64, got.weighted_im[k] as f64);
             (taken / block.weight[k] as f64 - model).norm() / total
         };
@@ -53,6 +57,15 @@ mod tests {
                 let worst = worst_error(isa, &noise(len, 2), &sources);
                 assert!(worst < 1e-6, "{isa:?} {len}: {worst:e}");
             }
+        }
+    }
+
+    #[test]
+    fn factors_of_the_instrument_are_taken_out_too() {
+        let sources = mixed(20);
+        for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
+            let worst = worst_error(isa, &seen(noise(1000, 2), MEERKAT), &sources);
+            assert!(worst < 3e-6, "{isa:?}: {worst:e}");
         }
     }
 

@@ -5,9 +5,9 @@
 //! ```
 //!
 //! Primary beam, spectral index, bandwidth and time smearing; each is 1 unless it is asked for. Here it
-//! is in f64 as the formulas stand. The likelihood and the simulation do not use it yet.
+//! is in f64 as the formulas stand; `likelihood` has a fast form of it.
 
-use super::{Beam, Smearing, Spectrum, sinc};
+use super::{Beam, EARTH_RAD_PER_S, Smearing, Spectrum, sinc};
 use crate::coords::Lm;
 
 /// Which terms there are.
@@ -37,6 +37,14 @@ pub struct Extent {
     pub width_hz: f64,
     /// Integration time [s].
     pub interval_s: f64,
+}
+
+impl Extent {
+    /// The most that the arguments of both sincs can change together, for each wavelength of baseline and
+    /// each unit of direction cosine [turn].
+    pub fn blur(&self) -> f64 {
+        self.width_hz / self.freq_hz + EARTH_RAD_PER_S * self.interval_s
+    }
 }
 
 /// The terms, ready for the samples of one observation.

@@ -61,7 +61,11 @@ impl Outcome {
             let source_id = outcome.sources.len() as i64 + 1;
             let group_id = *groups.entry(detected.group).or_insert(source_id);
             let n_expected = detection.n_expected;
+            let gain = dataset.beam_at(detected.posterior.mean.lm);
             outcome.push(config, settings, frame, detected, group_id, n_expected);
+            if let (Some(gain), Some(row)) = (gain, outcome.sources.last_mut()) {
+                row.pb_gain = gain;
+            }
         }
         outcome.modes = modes(&outcome.sources, detection, frame);
         outcome.summary = outcome.summarise(dataset, detection);
@@ -121,6 +125,7 @@ impl Outcome {
                 err: mode.log_z_err,
             },
             p_source: p_source(mode.log_z, n_expected),
+            pb_gain: f64::NAN,
             max_dlog_l: detected.max_dlog_l,
             post_row: self.posterior.len() as i64,
             post_n: rows.len() as i64,
@@ -242,9 +247,10 @@ fn header(config: &Config, dataset: &Dataset, frame: IcrsCentre) -> CatalogueHea
         object: Some(dataset.phase_centre().name.clone()).filter(|name| !name.is_empty()),
         date_obs: Some(format_utc(info.first_mjd)),
         mjd_obs: Some(info.first_mjd),
-        ref_freq_hz: Some(info.mean_freq_hz),
+        ref_freq_hz: Some(dataset.ref_freq_hz()),
         phase_centre: frame.centre,
         profile: prior.profile,
+        has_beam: config.beam.is_some(),
         seed: config.seed,
         priors: vec![
             range("L", "arcsec", -half_fov, half_fov, "uniform".into()),

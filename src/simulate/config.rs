@@ -4,6 +4,7 @@ use vis2cat_formats::Corr;
 
 use super::{Array, SimulateError};
 use crate::coords::RaDec;
+use crate::rime::InstrumentTerms;
 use crate::rime::shape::Profile;
 
 /// Most samples in time (115 days of 1 s), so that a slip in a unit does not run for ever.
@@ -41,6 +42,8 @@ pub struct SimulateConfig {
     pub noise: bool,
     /// Seed of the noise.
     pub seed: u64,
+    /// Smearing, primary beam, spectral index.
+    pub instrument: InstrumentTerms,
     /// Radial profile of the sources.
     pub profile: Profile,
     /// UT1-UTC [s]; `None`: that of the built-in table, and an error outside it.
@@ -66,6 +69,7 @@ impl Default for SimulateConfig {
             efficiency: 0.9,
             noise: true,
             seed: 0,
+            instrument: InstrumentTerms::default(),
             profile: Profile::default(),
             ut1_utc_s: None,
         }
@@ -125,6 +129,10 @@ impl SimulateConfig {
             && self.centre.dec_rad.abs() <= std::f64::consts::FRAC_PI_2)
         {
             return refuse("the phase centre's declination lies between -90 and +90 degrees");
+        }
+        let index = self.instrument.spectral_index.unwrap_or(0.0);
+        if !(-10.0..=10.0).contains(&index) {
+            return refuse("the spectral index lies between -10 and 10");
         }
         if !hands_are_known(&self.corrs) {
             return refuse("the hands are XX and YY, RR and LL, one of these, or I");

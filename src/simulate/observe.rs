@@ -135,7 +135,7 @@ impl Simulation {
         writer: &mut dyn VisWriter,
         progress: &mut dyn FnMut(u64, u64),
     ) -> Result<SimulationSummary, SimulateError> {
-        let model = RowModel::new(&self.config, sources);
+        let model = RowModel::new(&self.config, self.start_mjd, sources);
         let mut chunk = VisChunk::new(VALUES_PER_CHUNK / model.values_per_row());
         let mut sum_wf2_s = vec![0.0; sources.len()];
         let mut uv_max_m: f64 = 0.0;
@@ -282,4 +282,89 @@ fn extremes(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
         [low.min(value), high.max(value)]
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::coords::Lm;
+    use crate::rime::InstrumentTerms;
+    use crate::rime::shape::Profile;
+    use crate::simulate::Array;
+
+    /// Keeps what it is given.
+    #[derive(Default)]
+    struct Kept(Vec<Complex<f64>>);
+
+    impl VisWriter for Kept {
+        fn write_chunk(&mut self, chunk: &VisChunk) -> Result<(), vis2cat_formats::WriteError> {
+            let wide = |vis: &Complex<f32>| Complex::new(f64::from(vis.re), f64::from(vis.im));
+            self.0.extend(chunk.vis_jy_rfp.iter().map(wide));
+            Ok(())
+        }
+
+        fn finish(self: Box<Self>) -> Result<(), vis2cat_formats::WriteError> {
+            Ok(())
+        }
+    }
+
+    fn run(config: &SimulateConfig) -> Vec<Complex<f64>> {
+        let source = Source {
+            lm: Lm {
+                l: 0.007,
+                m: -0.009,
+            },
+            flux_jy: 1.0,
+            ..Source::default()
+        };
+        let mut kept = Kept::default();
+        simulate(config, &[source], &mut kept, &mut |_, _| {}).unwrap();
+        kept.0
+    }
+
+    /// One smeared sample of every baseline against the mean of 21 x 21 points in time and frequency.
+    #[test]
+    fn smearing_is_the_mean_over_the_sample() {
+        let smeared = SimulateConfig {
+            array: Array::find("meerkat").unwrap(),
+            centre: crate::coords::RaDec {
+                ra_rad: 53.1 * DEG,
+                dec_rad: -30.0 * DEG,
+            },
+            start_mjd: Some(58_849.75),
+            duration_s: 8.0,
+            interval_s: 8.0,
+            freq_hz: 1.28e9,
+            bandwidth_hz: 2e6,
+            corrs: vec![vis2cat_formats::Corr::I],
+            noise: false,
+            profile: Profile::Point,
+            instrument: InstrumentTerms {
+                smearing: true,
+                ..InstrumentTerms::default()
+            },
+            ..SimulateConfig::default()
+        };
+        let n = 21;
+        let fine = SimulateConfig {
+            interval_s: 8.0 / f64::from(n),
+            n_chan: n as usize,
+            instrument: InstrumentTerms::default(),
+            ..smeared.clone()
+        };
+        let (got, points) = (run(&smeared), run(&fine));
+        let (n_row, n) = (got.len(), n as usize);
+        let mut most_lost: f64 = 0.0;
+        for (row, got) in got.iter().enumerate() {
+            let of_time = |t: usize| {
+                points[(t * n_row + row) * n..][..n]
+                    .iter()
+                    .sum::<Complex<f64>>()
+            };
+            let mean: Complex<f64> = (0..n).map(of_time).sum::<Complex<f64>>() / (n * n) as f64;
+            most_lost = most_lost.max(1.0 - mean.norm());
+            assert!((got - mean).norm() < 2e-3, "{row}: {got} {mean}");
+        }
+        assert!(most_lost > 0.3, "no test of smearing: {most_lost}");
+    }
 }

@@ -2,12 +2,13 @@
 
 use num_complex::Complex;
 use rayon::prelude::*;
-use vis2cat_formats::VisChunk;
+use vis2cat_formats::{Frame, VisChunk};
 
 use super::SimulateConfig;
 use super::noise::NoiseSource;
-use super::predict::Component;
-use crate::rime::Source;
+use super::predict::{Component, Look};
+use crate::coords::IcrsCentre;
+use crate::rime::{Instrument, Source, pole_of};
 
 /// Rows that one task works on; fixed, so that sums do not depend on the number of threads.
 const ROWS_PER_TASK: usize = 64;
@@ -16,7 +17,7 @@ const ROWS_PER_TASK: usize = 64;
 #[derive(Debug, Clone)]
 pub(super) struct RowModel {
     components: Vec<Component>,
-    freq_hz_f: Vec<f64>,
+    look: Look,
     n_corr: usize,
     noise: Option<NoiseSource>,
 }
@@ -32,11 +33,21 @@ struct Rows<'a> {
 }
 
 impl RowModel {
-    pub(super) fn new(config: &SimulateConfig, sources: &[Source]) -> Self {
-        let component = |source| Component::new(source, config.profile);
+    pub(super) fn new(config: &SimulateConfig, start_mjd: f64, sources: &[Source]) -> Self {
+        let freq_hz_f = config.freq_hz_f();
+        let band_hz = [freq_hz_f[0], freq_hz_f[config.n_chan - 1]];
+        let pole = pole_of(2000.0 + (start_mjd - 51544.5) / 365.25);
+        let pole = IcrsCentre::new(config.centre, Frame::Icrs).from_icrs(pole);
+        let look = Look {
+            freq_hz_f,
+            width_hz: config.chan_width_hz(),
+            interval_s: config.interval_s,
+            instrument: Instrument::new(&config.instrument, band_hz, pole),
+        };
+        let component = |source| Component::new(source, config.profile, &look);
         Self {
             components: sources.iter().map(component).collect(),
-            freq_hz_f: config.freq_hz_f(),
+            look: look.clone(),
             n_corr: config.corrs.len(),
             noise: config.noise.then(|| NoiseSource::new(config.seed)),
         }
@@ -44,7 +55,7 @@ impl RowModel {
 
     /// Channels times correlations.
     pub(super) fn values_per_row(&self) -> usize {
-        self.freq_hz_f.len() * self.n_corr
+        self.look.freq_hz_f.len() * self.n_corr
     }
 
     /// Visibilities and weights of the rows of `chunk`, the first of which is row `first_row` of the
@@ -94,7 +105,7 @@ impl RowModel {
         } = rows;
         let per_row = self.values_per_row();
         let mut sum_wf2_s = vec![0.0; self.components.len()];
-        let mut model_jy_f = vec![Complex::default(); self.freq_hz_f.len()];
+        let mut model_jy_f = vec![Complex::default(); self.look.freq_hz_f.len()];
         let values = vis_jy_rfp
             .chunks_mut(per_row)
             .zip(weight_rfp.chunks_mut(per_row));
@@ -105,7 +116,7 @@ impl RowModel {
             let weight = sigma_jy.powi(-2);
             model_jy_f.fill(Complex::default());
             for (component, sum_wf2) in self.components.iter().zip(&mut sum_wf2_s) {
-                let sum_f2 = component.add_to(uvw_m, &self.freq_hz_f, &mut model_jy_f);
+                let sum_f2 = component.add_to(uvw_m, &self.look, &mut model_jy_f);
                 *sum_wf2 += weight * self.n_corr as f64 * sum_f2;
             }
             for (vis_jy_p, model_jy) in vis_jy_fp.chunks_mut(self.n_corr).zip(&model_jy_f) {

@@ -14,7 +14,9 @@ use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;
 use vis2cat::coords::Lm;
-use vis2cat::likelihood::facet::{Facet, FacetBuilder, FacetNeeds, FacetPlan, Reach, W_TERM_MAX};
+use vis2cat::likelihood::facet::{
+    Facet, FacetBuilder, FacetNeeds, FacetPlan, Gains, Reach, W_TERM_MAX,
+};
 use vis2cat::likelihood::{VisBlock, subtract, xy_batch};
 use vis2cat::prior::Region;
 use vis2cat::rime::Source;
@@ -249,6 +251,7 @@ fn main() {
         longest_axis_rad: 10.0 / 0.196 * ARCSEC,
         profile: Profile::Exponential,
         w_term_max: W_TERM_MAX,
+        gains: Gains::None,
     });
     let plan = Arc::new(plan.expect("a facet of this size"));
     println!("{plan}");

@@ -41,6 +41,7 @@ fn block(samples: usize) -> VisBlock {
         weighted_re: single(7f64.sqrt()),
         weighted_im: single(11f64.sqrt()),
         weight: vec![2.9e5; samples],
+        ..VisBlock::default()
     }
 }
 

@@ -30,6 +30,7 @@ fn header() -> CatalogueHeader {
         phase_centre: centre(),
         profile: Profile::Exponential,
         seed: u64::MAX,
+        has_beam: false,
         priors: vec![PriorRange {
             parameter: "Total_flux".into(),
             unit: "uJy".into(),
@@ -123,6 +124,7 @@ fn found_with(n: usize) -> Found {
             max_dlog_l: f64::NAN,
             flags: posterior.flags().with(Flags::AT_BORDER),
             post_row,
+            pb_gain: f64::NAN,
             post_n: set.len() as i64,
         });
         found.modes.push(mode(id + 10, Status::Kept, Some(id)));

@@ -11,8 +11,8 @@ use vis2cat::detect::{
     Cuts, Detection, NoObserver, SamplerSettings, Settings, detect, field_of_view, tiles,
 };
 use vis2cat::prior::{MODE_DIMS, N_DIM};
-use vis2cat::rime::Source;
 use vis2cat::rime::shape::Profile;
+use vis2cat::rime::{InstrumentTerms, Source};
 use vis2cat::sampler::{MultiNest, MultiNestConfig, Sampler, SamplerError};
 use vis2cat::units::ARCSEC;
 use vis2cat_formats::fits::{Table, read_table};
@@ -600,6 +600,7 @@ fn open_all(paths: &[PathBuf], memory_bytes: f64) -> Dataset {
         memory_bytes,
         profile: Profile::Exponential,
         typical_scale_rad: ARCSEC,
+        instrument: InstrumentTerms::default(),
         engine: EngineOptions {
             engine: Engine::Exact,
             farthest: 0.0,

@@ -332,6 +332,7 @@ fn write_catalogue(path: &Path) {
             max_dlog_l: f64::NAN,
             flags: Flags::default(),
             post_row: posterior.len() as i64,
+            pb_gain: f64::NAN,
             post_n: set.len() as i64,
         });
         posterior.extend(posterior_rows(set, id, id, centre(), Profile::Exponential));
@@ -375,6 +376,7 @@ fn write_catalogue(path: &Path) {
         phase_centre: centre(),
         profile: Profile::Exponential,
         seed: 1,
+        has_beam: false,
         priors: vec![limit("L"), limit("M")],
         config: Vec::new(),
     };

@@ -10,6 +10,7 @@ mod convert;
 mod detect;
 mod evaluate;
 mod inputs;
+mod instrument;
 mod oracles;
 mod pyuvdata;
 mod sampler;

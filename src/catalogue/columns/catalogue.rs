@@ -4,6 +4,15 @@ use super::{ColumnDef, Get, plain, real};
 use crate::catalogue::SourceRow;
 use crate::units::{ARCSEC, DEG, MICROJY};
 
+/// Columns that are there where a primary beam was applied.
+const APP_FLUX: &str = "App_flux";
+const PB_GAIN: &str = "PB_gain";
+
+/// True for columns that are there where a primary beam was applied.
+pub(in crate::catalogue) fn is_of_beam(name: &str) -> bool {
+    name == APP_FLUX || name == PB_GAIN
+}
+
 /// Names and identifiers, position, flux density, shape, significance, quality, samples.
 #[rustfmt::skip]
 pub(in crate::catalogue) const CATALOGUE: &[ColumnDef<SourceRow>] = &[
@@ -21,6 +30,8 @@ pub(in crate::catalogue) const CATALOGUE: &[ColumnDef<SourceRow>] = &[
     real("E_Total_flux", "uJy", "stat.error;phot.flux.density;{band}", "1 sigma of Total_flux", |r| r.posterior.flux_jy.err / MICROJY),
     real("Total_flux_lo", "uJy", "phot.flux.density;{band};stat.min", "16th percentile of the flux density", |r| r.posterior.flux_lo_jy / MICROJY),
     real("Total_flux_hi", "uJy", "phot.flux.density;{band};stat.max", "84th percentile of the flux density", |r| r.posterior.flux_hi_jy / MICROJY),
+    real(APP_FLUX, "uJy", "phot.flux.density;{band}", "Total_flux times PB_gain: what the dishes saw", |r| r.posterior.flux_jy.mean * r.pb_gain / MICROJY),
+    real(PB_GAIN, "", "arith.factor;instr.beam", "primary beam at the position, middle of the band", |r| r.pb_gain),
     real("Scale_length", "arcsec", "src.morph.scLength", "scale-length, harmonic mean of the axes", |r| r.posterior.scale_rad.mean / ARCSEC),
     real("E_Scale_length", "arcsec", "stat.error;src.morph.scLength", "1 sigma of Scale_length", |r| r.posterior.scale_rad.err / ARCSEC),
     real("E1", "", "src.ellipticity", "(a-b)/(a+b) cos 2phi, phi from east to north", |r| r.posterior.e1.mean),

@@ -1,6 +1,5 @@
 //! Filling many facets from one stream of samples.
 
-use super::Facet;
 use super::cells::{self, Common};
 use super::fill::{CHANNELS, Target, fill};
 use super::outskirts::Outskirts;
@@ -8,8 +7,9 @@ use super::plan::{FacetPlan, Reach};
 use super::resample::{HalfPlane, Mirror};
 use super::sorted::{CHUNK, Queue, Sorted};
 use super::term::Centre;
+use super::{Facet, Gains, Look};
 use crate::coords::Lm;
-use crate::likelihood::{Isa, VisBlock, subtract};
+use crate::likelihood::{Extents, Isa, VisBlock, subtract};
 use crate::rime::Source;
 use crate::rime::shape::Profile;
 use num_complex::Complex;
@@ -33,15 +33,33 @@ pub struct FacetWeights {
 pub struct FacetBuilder {
     plan: Arc<FacetPlan>,
     grids: Vec<Grid>,
-    weights: Option<Grid>,
+    /// One for all facets, or one for each.
+    weights: Vec<Grid>,
     known_weights: Option<Arc<FacetWeights>>,
     queue: Queue,
+}
+
+/// The imaginary part of weights.
+static ZEROS: [f32; CHUNK] = [0.0; CHUNK];
+
+/// What a grid is filled with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Content {
+    /// w s d.
+    Data,
+    /// w s².
+    Weights,
+    /// The same, as data of a point at the centre.
+    Products,
 }
 
 /// The fine grids of a facet, level after level.
 #[derive(Debug)]
 struct Grid {
+    content: Content,
     centre: Centre,
+    /// Where the factors s of the instrument are those of.
+    look: Lm,
     target: Target,
     cells: Vec<f32>,
     /// Sources that are added to the data, with their flux density negated.
@@ -49,23 +67,58 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(plan: &FacetPlan, centre: Lm) -> Grid {
+    fn new(plan: &FacetPlan, content: Content, centre: Lm, look: Lm) -> Grid {
         let centre = Centre::new(centre);
         Grid {
+            content,
+            look,
             centre,
             target: Target::new(plan, &centre),
-            cells: vec![0.0; plan.build_bytes() / size_of::<f32>()],
+            cells: vec![0.0; plan.grid_cells()],
             restored: Vec::new(),
         }
     }
-}
 
-impl Grid {
+    /// Adds samples.
+    fn fill(&mut self, plan: &FacetPlan, isa: Isa, chunk: &Sorted) {
+        let block = self.look_at(&chunk.block);
+        let numbers: [Cow<[f32]>; 2] = match self.content {
+            Content::Weights => [(&block.weight).into(), (&ZEROS[..block.len()]).into()],
+            _ => [(&block.weighted_re).into(), (&block.weighted_im).into()],
+        };
+        let numbers = match chunk.block.gains(isa, self.look) {
+            None => numbers,
+            Some(mut gains) => {
+                if self.content != Content::Data {
+                    for gain in &mut gains {
+                        *gain *= *gain;
+                    }
+                }
+                let seen = |n: Cow<[f32]>| n.iter().zip(&gains).map(|(n, gain)| n * gain).collect();
+                numbers.map(seen)
+            }
+        };
+        let data = [&numbers[0][..], &numbers[1][..]];
+        fill(
+            isa,
+            &plan.spread,
+            &self.target,
+            chunk,
+            data,
+            &mut self.cells,
+        );
+    }
+
     /// The samples with the sources that this facet puts back.
     fn look_at<'a>(&self, block: &'a VisBlock) -> Cow<'a, VisBlock> {
         let mut block = Cow::Borrowed(block);
         if !self.restored.is_empty() {
-            subtract(block.to_mut(), &self.restored);
+            let block = block.to_mut();
+            if self.content == Content::Products {
+                // The point that stands for the weights has no factors of its own.
+                block.extents = Extents::default();
+            }
+            subtract(block, &self.restored);
         }
         block
     }
@@ -75,10 +128,10 @@ impl FacetBuilder {
     /// Facets about `centres`, empty.
     pub fn new(plan: Arc<FacetPlan>, centres: &[Lm]) -> FacetBuilder {
         FacetBuilder {
-            weights: Some(Grid::new(&plan, Lm::default())),
+            weights: weight_grids(&plan, centres),
             known_weights: None,
             queue: Queue::default(),
-            grids: centres.iter().map(|&lm| Grid::new(&plan, lm)).collect(),
+            grids: data_grids(&plan, centres),
             plan,
         }
     }
@@ -91,9 +144,11 @@ impl FacetBuilder {
         weights: Arc<FacetWeights>,
     ) -> FacetBuilder {
         FacetBuilder {
-            weights: None,
+            weights: Vec::new(),
             known_weights: Some(weights),
-            ..FacetBuilder::new(plan, centres)
+            queue: Queue::default(),
+            grids: data_grids(&plan, centres),
+            plan,
         }
     }
 
@@ -103,14 +158,18 @@ impl FacetBuilder {
     /// If there are not as many lists as facets.
     #[must_use]
     pub fn restoring(mut self, restored: Vec<Vec<Source>>) -> FacetBuilder {
-        assert_eq!(restored.len(), self.grids.len(), "one list a facet");
-        for (grid, sources) in self.grids.iter_mut().zip(restored) {
+        let grids = self.grids.chunks_exact_mut(self.plan.looks.len());
+        assert_eq!(restored.len(), grids.len(), "one list a facet");
+        for (looks, sources) in grids.zip(restored) {
             let negated = sources.into_iter().map(|source| Source {
                 flux_jy: -source.flux_jy,
                 ..source
             });
             let profile = self.plan.needs.profile;
-            grid.restored = negated.map(|source| (source, profile)).collect();
+            let negated: Vec<_> = negated.map(|source| (source, profile)).collect();
+            for grid in looks {
+                grid.restored.clone_from(&negated);
+            }
         }
         self
     }
@@ -126,7 +185,9 @@ impl FacetBuilder {
             .map(Reach::of)
             .reduce(Reach::default, Reach::union);
         assert!(
-            reach.uv <= needs.reach.uv && reach.w <= needs.reach.w,
+            reach.uv <= needs.reach.uv
+                && reach.w <= needs.reach.w
+                && reach.blur <= needs.reach.blur,
             "samples reach to {reach:?}, the facets to {:?}",
             needs.reach
         );
@@ -147,19 +208,11 @@ impl FacetBuilder {
         if chunks.is_empty() {
             return;
         }
-        let (isa, spread) = (Isa::detect(), &self.plan.spread);
-        let zeros = vec![0.0; CHUNK];
-        let data = self.grids.par_iter_mut().map(|grid| (grid, false));
-        let weights = self.weights.par_iter_mut().map(|grid| (grid, true));
-        data.chain(weights).for_each(|(grid, is_weights)| {
+        let (isa, plan) = (Isa::detect(), &self.plan);
+        let grids = self.grids.par_iter_mut().chain(&mut self.weights);
+        grids.for_each(|grid| {
             for chunk in &chunks {
-                let block = grid.look_at(&chunk.block);
-                let data = if is_weights {
-                    [&block.weight[..], &zeros[..block.len()]]
-                } else {
-                    [&block.weighted_re[..], &block.weighted_im[..]]
-                };
-                fill(isa, spread, &grid.target, chunk, data, &mut grid.cells);
+                grid.fill(plan, isa, chunk);
             }
         });
     }
@@ -175,40 +228,70 @@ impl FacetBuilder {
             ..
         } = self;
         let isa = Isa::detect();
-        let weights = match (known_weights, weights) {
-            (Some(known), _) => known,
-            (None, grid) => Arc::new(finish_weights(&plan, grid.as_ref())),
+        let weights: Vec<Arc<FacetWeights>> = match known_weights {
+            Some(known) => vec![known],
+            None => (weights.into_par_iter())
+                .map(|grid| Arc::new(finish_weights(&plan, &grid)))
+                .collect(),
         };
-        grids
-            .into_par_iter()
-            .map(|grid| {
-                let data = pyramid(&plan, &grid, Mirror::Even);
-                let times_w = pyramid(&plan, &grid, Mirror::Odd);
-                Facet {
+        let look = |(i, grid): (usize, Grid)| {
+            let data = pyramid(&plan, &grid, Mirror::Even);
+            let times_w = pyramid(&plan, &grid, Mirror::Odd);
+            let packs = |(data, times_w)| cells::packs(&plan, data, times_w);
+            let look = Look {
+                levels: data.iter().zip(&times_w).map(packs).collect(),
+                // Of several grids of weights each look has its own.
+                weights: weights[i.min(weights.len() - 1)].clone(),
+            };
+            (grid.centre, look)
+        };
+        let looks: Vec<_> = grids.into_par_iter().enumerate().map(look).collect();
+        let mut facets: Vec<Facet> = Vec::new();
+        for (i, (centre, look)) in looks.into_iter().enumerate() {
+            match facets.last_mut() {
+                Some(facet) if i % plan.looks.len() != 0 => facet.looks.push(look),
+                _ => facets.push(Facet {
                     isa,
-                    centre: grid.centre,
-                    levels: data
-                        .iter()
-                        .zip(&times_w)
-                        .map(|(data, times_w)| cells::packs(&plan, data, times_w))
-                        .collect(),
+                    centre,
                     plan: plan.clone(),
-                    weights: weights.clone(),
-                }
-            })
-            .collect()
+                    looks: vec![look],
+                }),
+            }
+        }
+        facets
     }
 }
 
-fn finish_weights(plan: &FacetPlan, grid: Option<&Grid>) -> FacetWeights {
-    let levels: Vec<Vec<Common>> = grid.map_or_else(Vec::new, |grid| {
-        pyramid(plan, grid, Mirror::Even)
-            .iter()
-            .zip(&pyramid(plan, grid, Mirror::Odd))
-            .enumerate()
-            .map(|(level, (weights, times_w))| cells::common(plan, level, weights, times_w))
-            .collect()
-    });
+/// Grids for the data of each facet, one for each of its looks.
+fn data_grids(plan: &FacetPlan, centres: &[Lm]) -> Vec<Grid> {
+    let content = match plan.needs.gains {
+        Gains::Pairs(_) => Content::Products,
+        _ => Content::Data,
+    };
+    let grids = |&centre: &Lm| {
+        let looks = plan.looks.places(centre).into_iter();
+        looks.map(move |look| Grid::new(plan, content, centre, look))
+    };
+    centres.iter().flat_map(grids).collect()
+}
+
+/// Grids for the weights, as the phase centre sees the baselines: one for all, or one for each look.
+fn weight_grids(plan: &FacetPlan, centres: &[Lm]) -> Vec<Grid> {
+    let grid = |look| Grid::new(plan, Content::Weights, Lm::default(), look);
+    if plan.needs.gains == Gains::None {
+        return vec![grid(Lm::default())];
+    }
+    let looks = centres.iter().flat_map(|&centre| plan.looks.places(centre));
+    looks.map(grid).collect()
+}
+
+fn finish_weights(plan: &FacetPlan, grid: &Grid) -> FacetWeights {
+    let levels: Vec<Vec<Common>> = pyramid(plan, grid, Mirror::Even)
+        .iter()
+        .zip(&pyramid(plan, grid, Mirror::Odd))
+        .enumerate()
+        .map(|(level, (weights, times_w))| cells::common(plan, level, weights, times_w))
+        .collect();
     FacetWeights {
         outskirts: Outskirts::new(plan, &levels),
         levels,

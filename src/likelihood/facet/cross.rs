@@ -6,7 +6,7 @@
 //! grids are those of a facet of twice the side.
 
 use super::evaluate::{PairJob, accumulate_pair};
-use super::{Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetTerm};
+use super::{Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetTerm, Gains, Look};
 use crate::coords::Lm;
 use crate::likelihood::VisBlock;
 use crate::rime::Source;
@@ -30,6 +30,10 @@ impl CrossFacet {
             side_rad: 2.0 * needs.side_rad,
             longest_axis_rad: 2.0 * needs.longest_axis_rad,
             w_term_max: 16.0 * needs.w_term_max,
+            gains: match needs.gains {
+                Gains::Followed(most) => Gains::Pairs(most),
+                other => other,
+            },
             ..needs
         }
     }
@@ -50,11 +54,22 @@ impl CrossFacet {
         let Self(facet) = self;
         let terms = pair.map(|source| FacetTerm::new(&facet.plan, &facet.centre, &source));
         let last = (facet.plan).innermost(terms[0].major_rad + terms[1].major_rad);
-        let mut job = PairJob::new(terms);
-        for number in 0..=last {
-            accumulate_pair(facet.isa, facet.level(number), number == last, &mut job);
-        }
-        job.sum
+        let [a, b] = pair.map(|source| facet.centre.offset(source.lm));
+        let middle = Lm {
+            l: 0.5 * (a.l + b.l),
+            m: 0.5 * (a.m + b.m),
+        };
+        let look = |(look, share): (&Look, f64)| {
+            let mut job = PairJob::new(terms);
+            for number in 0..=last {
+                let level = facet.level(look, number);
+                accumulate_pair(facet.isa, level, number == last, &mut job);
+            }
+            share * job.sum
+        };
+        (facet.looks.iter().zip(facet.plan.looks.shares(middle)))
+            .map(look)
+            .sum()
     }
 }
 

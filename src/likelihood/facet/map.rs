@@ -37,7 +37,9 @@ impl Facet {
     /// the middles of equal parts of the region.
     ///
     /// As a source in the middle of the region sees the baselines: the change of the shape with w over
-    /// the region is left out, with the second-order terms that [`Facet::xy_batch`] leaves out too.
+    /// the region is left out, with the second-order terms that [`Facet::xy_batch`] leaves out too. The
+    /// factors of the instrument are those at the first place that the facet looks from: plan it with
+    /// [`Gains::Centre`](super::Gains::Centre).
     pub fn map(&self, scale_rad: f64, n_side: usize) -> FacetMap {
         let source = Source {
             lm: self.centre.lm,
@@ -47,11 +49,12 @@ impl Facet {
         };
         let term = FacetTerm::new(&self.plan, &self.centre, &source);
         let last = self.plan.innermost(term.major_rad);
-        let y = self.xy_batch(std::slice::from_ref(&source))[0].y;
+        let look = &self.looks[0];
+        let y = self.xy_look(look, std::slice::from_ref(&source))[0].y;
         let mut sums = vec![[0.0f32; 2]; n_side * n_side];
         for number in 0..=last {
             let shape = (&term, number < last);
-            add_level(self.isa, self.level(number), shape, n_side, &mut sums);
+            add_level(self.isa, self.level(look, number), shape, n_side, &mut sums);
         }
         let region = self.region();
         let middle = |i: usize| (i as f64 + 0.5) / n_side as f64;

@@ -14,6 +14,8 @@
 
 #![allow(clippy::inline_always)] // compiled anew for each instruction set
 
+use super::fill::CHANNELS;
+use super::looks::{Gains, Looks};
 use super::resample::{CLEAR, Resampler, window};
 use super::spread::{Spread, WIDTH};
 use crate::likelihood::VisBlock;
@@ -44,6 +46,9 @@ pub struct Reach {
     pub uv: f64,
     /// Largest |w| [wavelength].
     pub w: f64,
+    /// Largest change of what a smearing loss is the sinc of, phase or its rate times the extent of a
+    /// sample, with direction cosines [turn].
+    pub blur: f64,
 }
 
 impl Reach {
@@ -53,6 +58,7 @@ impl Reach {
         Reach {
             uv: uv2.fold(0.0, f64::max).sqrt(),
             w: block.w.iter().fold(0.0, |w, x| w.max(x.abs())),
+            blur: block.blur(),
         }
     }
 
@@ -62,6 +68,7 @@ impl Reach {
         Reach {
             uv: self.uv.max(other.uv),
             w: self.w.max(other.w),
+            blur: self.blur.max(other.blur),
         }
     }
 }
@@ -82,6 +89,8 @@ pub struct FacetNeeds {
     /// Most of the second-order w term that may be left out, (2π w ε)²/2: [`W_TERM_MAX`] for
     /// likelihoods, more where a rough look will do.
     pub w_term_max: f64,
+    /// How the factors of the instrument are known.
+    pub gains: Gains,
 }
 
 /// Why there can be no such facet.
@@ -99,6 +108,20 @@ pub enum FacetError {
         term: f64,
         /// What is allowed.
         w_term_max: f64,
+        /// Longest side that would do [rad].
+        largest_rad: f64,
+    },
+    /// Smearing changes too much over the facet.
+    #[error(
+        "over a facet of {side_rad:e} rad smearing is off by {left_out:e} of a source, {most:e} is allowed: take at most {largest_rad:e} rad"
+    )]
+    Gains {
+        /// Side asked for [rad].
+        side_rad: f64,
+        /// What would be left out at the longest baseline, at the corners.
+        left_out: f64,
+        /// What is allowed.
+        most: f64,
         /// Longest side that would do [rad].
         largest_rad: f64,
     },
@@ -121,6 +144,8 @@ pub enum FacetError {
 #[derive(Debug)]
 pub struct FacetPlan {
     pub(super) needs: FacetNeeds,
+    /// Where the factors of the instrument are worked out.
+    pub(super) looks: Looks,
     /// Levels of the pyramid.
     pub(super) levels: usize,
     /// U [wavelength]: the longest baseline as seen from the farthest facet.
@@ -174,6 +199,7 @@ impl FacetPlan {
         });
         let mut plan = FacetPlan {
             needs,
+            looks: Looks::new(needs.gains, needs.side_rad, needs.reach.blur)?,
             levels: 1,
             uv_max,
             period_rad,
@@ -191,13 +217,26 @@ impl FacetPlan {
 
     /// Bytes of a finished facet.
     pub fn facet_bytes(&self) -> usize {
-        self.levels * self.rows() * self.columns() * 4 * size_of::<f32>()
+        self.sets() * self.levels * self.rows() * self.columns() * 4 * size_of::<f32>()
     }
 
     /// Bytes of a facet while it is filled, finished facet not included.
     pub fn build_bytes(&self) -> usize {
+        self.sets() * self.grid_cells() * size_of::<f32>()
+    }
+
+    /// Grids of data or weights that a facet has for itself.
+    fn sets(&self) -> usize {
+        match self.needs.gains {
+            Gains::None => 1,
+            _ => 2 * self.looks.len(),
+        }
+    }
+
+    /// Numbers in the fine grids of all levels.
+    pub(super) fn grid_cells(&self) -> usize {
         let fine = self.fine();
-        self.levels * fine.rows * fine.cols * 4 * size_of::<f32>()
+        self.levels * fine.rows * fine.cols * CHANNELS
     }
 
     /// Side of the regions served [rad, in direction cosines].

@@ -41,7 +41,8 @@ impl Queue {
             let (re, im) = (&block.weighted_re, &block.weighted_im);
             chunk.weighted_re.extend_from_slice(&re[range.clone()]);
             chunk.weighted_im.extend_from_slice(&im[range.clone()]);
-            chunk.weight.extend_from_slice(&block.weight[range]);
+            chunk.weight.extend_from_slice(&block.weight[range.clone()]);
+            chunk.extents.extend_from(&block.extents, range);
         }
     }
 

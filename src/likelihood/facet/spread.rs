@@ -8,6 +8,7 @@
 //! Barnett, Magland & af Klinteberg (2019), SIAM J. Sci. Comput. 41, C479, eq. 1.8; β by their
 //! eq. 4.5 with the safety factor of FINUFFT.
 
+use crate::polynomial::fit;
 use std::f64::consts::PI;
 
 /// Cells across the kernel, W.
@@ -36,7 +37,7 @@ impl Spread {
         for cell in 0..WIDTH {
             // The sample stands at x in [-1/2, 1/2] from the middle of the cells.
             let distance = cell as f64 - 0.5 * (WIDTH as f64 - 1.0);
-            let fitted = fit(|x| value(beta, distance - x));
+            let fitted = fit::<TERMS>(|x| value(beta, distance - x));
             for (row, c) in polynomials.iter_mut().zip(fitted) {
                 row[cell] = c as f32;
                 row[cell + WIDTH] = c as f32;
@@ -67,28 +68,6 @@ fn value(beta: f64, t: f64) -> f64 {
     } else {
         (-beta).exp()
     }
-}
-
-/// Monomial coefficients of the polynomial through `f` at the Chebyshev nodes of [-1/2, 1/2].
-fn fit(f: impl Fn(f64) -> f64) -> [f64; TERMS] {
-    let nodes: [f64; TERMS] =
-        std::array::from_fn(|i| 0.5 * (PI * (i as f64 + 0.5) / TERMS as f64).cos());
-    // Newton's divided differences, then expanded.
-    let mut differences = nodes.map(&f);
-    for order in 1..TERMS {
-        for i in (order..TERMS).rev() {
-            differences[i] = (differences[i] - differences[i - 1]) / (nodes[i] - nodes[i - order]);
-        }
-    }
-    let mut sum = [0.0; TERMS];
-    for i in (0..TERMS).rev() {
-        // sum = sum (x - node) + difference
-        for k in (0..TERMS).rev() {
-            let lower = if k > 0 { sum[k - 1] } else { differences[i] };
-            sum[k] = lower - nodes[i] * sum[k];
-        }
-    }
-    sum
 }
 
 #[cfg(test)]

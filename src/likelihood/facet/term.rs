@@ -28,6 +28,14 @@ impl Centre {
             slope_v,
         }
     }
+
+    /// Where `lm` is, from here.
+    pub(super) fn offset(&self, lm: Lm) -> Lm {
+        Lm {
+            l: lm.l - self.lm.l,
+            m: lm.m - self.lm.m,
+        }
+    }
 }
 
 /// A source of unit flux density in a facet.
@@ -91,10 +99,7 @@ impl FacetTerm {
             along: unit * (p * du + r * dv),
             across: unit * s * dv,
         };
-        let offset = Lm {
-            l: source.lm.l - centre.lm.l,
-            m: source.lm.m - centre.lm.m,
-        };
+        let offset = centre.offset(source.lm);
         FacetTerm {
             profile,
             offset,

@@ -6,6 +6,7 @@ use super::model::{self, Model};
 use super::numbers::{EXP2, GAUSSIAN_EXPONENT_MAX, SQRT2_SIN_PI, TURNS_PER_UNIT};
 use super::term::SourceTerm;
 use super::tile::{LANES, Pack, TILE, Tile};
+use crate::likelihood::extents::Gain;
 use crate::likelihood::{VisBlock, Xy};
 use crate::rime::shape::Profile;
 #[allow(clippy::wildcard_imports)] // thirty intrinsics
@@ -16,17 +17,18 @@ const GAUSSIAN: u8 = 1;
 const POINT: u8 = 2;
 
 /// Adds the sums of each term over `block` to `sums`. The caller has checked for AVX2 and FMA.
-pub(super) fn accumulate(block: &VisBlock, terms: &[SourceTerm], sums: &mut [Xy]) {
+pub(super) fn accumulate(block: &VisBlock, terms: &[SourceTerm], gains: &[Gain], sums: &mut [Xy]) {
     // SAFETY: `kernel::accumulate`, the only caller, asserts `Isa::Avx2.is_available()`.
-    unsafe { accumulate_avx2(block, terms, sums) }
+    unsafe { accumulate_avx2(block, terms, gains, sums) }
 }
 
 #[target_feature(enable = "avx2,fma")]
-fn accumulate_avx2(block: &VisBlock, terms: &[SourceTerm], sums: &mut [Xy]) {
+fn accumulate_avx2(block: &VisBlock, terms: &[SourceTerm], gains: &[Gain], sums: &mut [Xy]) {
     let mut tile = Tile::new();
     for first in (0..block.len()).step_by(TILE) {
         tile.fill(block, first);
-        for (term, sum) in terms.iter().zip(&mut *sums) {
+        for (i, (term, sum)) in terms.iter().zip(&mut *sums).enumerate() {
+            tile.look(gains.get(i..=i));
             let part = if tile.holds_phases_of(term) {
                 match term.profile {
                     Profile::Exponential => tile_sums::<EXPONENTIAL>(&tile, term),
@@ -53,15 +55,31 @@ fn subtract_avx2(block: &mut VisBlock, models: &[Model]) {
     model::subtract(block, models);
 }
 
-/// Adds the sums of pairs over `block` to `sums`. The caller has checked for the instructions.
-pub(super) fn accumulate_pairs(block: &VisBlock, terms: &[PairTerm], sums: &mut [f64]) {
-    // SAFETY: `kernel::accumulate_pairs`, the only caller, asserts `Isa::Avx2.is_available()`.
-    unsafe { accumulate_pairs_avx2(block, terms, sums) }
+/// Works out factors of the instrument. The caller has checked for the instructions.
+pub(super) fn look(block: &VisBlock, gain: &Gain, gains: &mut [f32]) {
+    // SAFETY: `kernel::look`, the only caller, asserts `Isa::Avx2.is_available()`.
+    unsafe { look_avx2(block, gain, gains) }
 }
 
 #[target_feature(enable = "avx2,fma")]
-fn accumulate_pairs_avx2(block: &VisBlock, terms: &[PairTerm], sums: &mut [f64]) {
-    cross::accumulate(block, terms, sums);
+fn look_avx2(block: &VisBlock, gain: &Gain, gains: &mut [f32]) {
+    model::look(block, gain, gains);
+}
+
+/// Adds the sums of pairs over `block` to `sums`. The caller has checked for the instructions.
+pub(super) fn accumulate_pairs(
+    block: &VisBlock,
+    terms: &[PairTerm],
+    gains: &[Gain],
+    sums: &mut [f64],
+) {
+    // SAFETY: `kernel::accumulate_pairs`, the only caller, asserts `Isa::Avx2.is_available()`.
+    unsafe { accumulate_pairs_avx2(block, terms, gains, sums) }
+}
+
+#[target_feature(enable = "avx2,fma")]
+fn accumulate_pairs_avx2(block: &VisBlock, terms: &[PairTerm], gains: &[Gain], sums: &mut [f64]) {
+    cross::accumulate(block, terms, gains, sums);
 }
 
 /// X and Y of `term` over `tile`.

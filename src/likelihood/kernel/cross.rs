@@ -6,7 +6,9 @@ use super::portable::{exponential, gaussian};
 use super::slow;
 use super::term::SourceTerm;
 use super::tile::{LANES, TILE, Tile};
+use crate::coords::Lm;
 use crate::likelihood::VisBlock;
+use crate::likelihood::extents::Gain;
 use crate::rime::Source;
 use crate::rime::shape::Profile;
 use std::f64::consts::TAU;
@@ -17,6 +19,7 @@ pub struct PairTerm {
     /// The first one with the phase of the first less that of the second.
     first: SourceTerm,
     second: SourceTerm,
+    places: [Lm; 2],
 }
 
 impl PairTerm {
@@ -31,17 +34,24 @@ impl PairTerm {
                 ..a
             },
             second: b,
+            places: [first.lm, second.lm],
         }
+    }
+
+    /// Where the two are.
+    pub(super) fn places(&self) -> [Lm; 2] {
+        self.places
     }
 }
 
 /// Adds Σ w F_i F_j cos 2π(φ_i - φ_j) of each of `terms` over `block` to `sums`.
 #[inline(always)]
-pub(super) fn accumulate(block: &VisBlock, terms: &[PairTerm], sums: &mut [f64]) {
+pub(super) fn accumulate(block: &VisBlock, terms: &[PairTerm], gains: &[Gain], sums: &mut [f64]) {
     let mut tile = Tile::new();
     for first in (0..block.len()).step_by(TILE) {
         tile.fill(block, first);
-        for (term, sum) in terms.iter().zip(&mut *sums) {
+        for (i, (term, sum)) in terms.iter().zip(&mut *sums).enumerate() {
+            tile.look(gains.get(2 * i..2 * i + 2));
             *sum += if tile.holds_phases_of(&term.first) {
                 tile_sum(&tile, term)
             } else {
@@ -62,7 +72,7 @@ fn tile_sum(tile: &Tile, term: &PairTerm) -> f64 {
 
 #[inline(always)]
 fn sum_with(tile: &Tile, term: &PairTerm, factor: impl Fn(f32) -> f32) -> f64 {
-    let PairTerm { first, second } = term;
+    let PairTerm { first, second, .. } = term;
     let mut sums = [0.0; LANES];
     for pack in tile.packs() {
         for (i, sum) in sums.iter_mut().enumerate() {
@@ -82,7 +92,7 @@ fn sum_with(tile: &Tile, term: &PairTerm, factor: impl Fn(f32) -> f32) -> f64 {
 
 /// The same in f64, for phases beyond the fixed-point form.
 #[cold]
-fn slow_tile_sum(tile: &Tile, PairTerm { first, second }: &PairTerm) -> f64 {
+fn slow_tile_sum(tile: &Tile, PairTerm { first, second, .. }: &PairTerm) -> f64 {
     let factor = |term: &SourceTerm, u: f64, v: f64, w: f64| {
         slow::factor(term.profile, term.q(u as f32, v as f32, w as f32) as f64)
     };

@@ -1,10 +1,12 @@
 //! Model visibilities, in plain loops that are compiled anew for each instruction set.
+#![allow(clippy::needless_range_loop)] // a closure would be compiled for the least of processors
 
 use super::numbers::{PHASE_MAGIC, SQRT2_COS_PI, SQRT2_SIN_PI, TURNS_MAX, TURNS_PER_UNIT, horner};
 use super::portable::{exponential, gaussian};
 use super::term::SourceTerm;
 use super::tile::LANES;
 use crate::likelihood::VisBlock;
+use crate::likelihood::extents::{Extents, Gain};
 use crate::rime::shape::Profile;
 use crate::rime::{Source, predict};
 
@@ -13,14 +15,16 @@ pub(super) struct Model {
     term: SourceTerm,
     flux_jy: f32,
     source: Source,
+    gain: Option<Gain>,
 }
 
 impl Model {
-    pub(super) fn new((source, profile): &(Source, Profile)) -> Model {
+    pub(super) fn new((source, profile): &(Source, Profile), extents: &Extents) -> Model {
         Model {
             term: SourceTerm::new(source, *profile),
             flux_jy: source.flux_jy as f32,
             source: *source,
+            gain: extents.gain(source.lm),
         }
     }
 }
@@ -33,6 +37,22 @@ struct Lanes {
     w: [f64; LANES],
     re: [f32; LANES],
     im: [f32; LANES],
+    /// Place in the band, relative width and integration time.
+    extent: [[f32; LANES]; 3],
+}
+
+/// Works out the factors of the instrument for all samples of `block`, which has extents.
+#[inline(always)]
+pub(super) fn look(block: &VisBlock, gain: &Gain, gains: &mut [f32]) {
+    let n = gains.len();
+    let (u, v, w) = (&block.u[..n], &block.v[..n], &block.w[..n]);
+    let extents = &block.extents;
+    let (place, width) = (&extents.place[..n], &extents.width[..n]);
+    let interval_s = &extents.interval_s[..n];
+    for k in 0..n {
+        let uvw = [u[k] as f32, v[k] as f32, w[k] as f32];
+        gains[k] = gain.at(uvw, [place[k], width[k], interval_s[k]]);
+    }
 }
 
 /// Subtracts weight times the sum of `models` from the weighted data.
@@ -45,6 +65,13 @@ pub(super) fn subtract(block: &mut VisBlock, models: &[Model]) {
         lanes.u[..count].copy_from_slice(&block.u[range.clone()]);
         lanes.v[..count].copy_from_slice(&block.v[range.clone()]);
         lanes.w[..count].copy_from_slice(&block.w[range.clone()]);
+        let extents = &block.extents;
+        if extents.instrument.is_some() {
+            let of = [&extents.place, &extents.width, &extents.interval_s];
+            for (lanes, of) in lanes.extent.iter_mut().zip(of) {
+                lanes[..count].copy_from_slice(&of[range.clone()]);
+            }
+        }
         for model in models {
             lanes.add(model);
         }
@@ -86,27 +113,42 @@ impl Lanes {
     /// With s = sqrt(2) sin πx and c = sqrt(2) cos πx: cos 2πx = 1 - s², sin 2πx = s c.
     #[inline(always)]
     fn add_with(&mut self, model: &Model, factor: impl Fn(f32) -> f32) {
-        let term = &model.term;
+        let (term, gain) = (&model.term, self.gain(model));
         for i in 0..LANES {
             let (u, v, w) = (self.u[i], self.v[i], self.w[i]);
             let phase = PHASE_MAGIC + u * term.l + v * term.m + w * term.n_minus_1;
             let x = phase.to_bits() as i32 as f32 * TURNS_PER_UNIT;
             let sine = x * horner(&SQRT2_SIN_PI, x * x);
             let cosine = horner(&SQRT2_COS_PI, x * x);
-            let amplitude = model.flux_jy * factor(term.q(u as f32, v as f32, w as f32));
+            let amplitude = model.flux_jy * gain[i] * factor(term.q(u as f32, v as f32, w as f32));
             self.re[i] += amplitude * (1.0 - sine * sine);
             self.im[i] += amplitude * (sine * cosine);
         }
     }
 
+    /// The instrument's factors; 1 without.
+    #[inline(always)]
+    fn gain(&self, model: &Model) -> [f32; LANES] {
+        let mut gains = [1.0; LANES];
+        if let Some(gain) = &model.gain {
+            let [place, width, interval_s] = &self.extent;
+            for i in 0..LANES {
+                let uvw = [self.u[i] as f32, self.v[i] as f32, self.w[i] as f32];
+                gains[i] = gain.at(uvw, [place[i], width[i], interval_s[i]]);
+            }
+        }
+        gains
+    }
+
     /// The same in f64, for phases of any size.
     #[cold]
     fn add_plain(&mut self, model: &Model) {
+        let gain = self.gain(model);
         for i in 0..LANES {
             let (u, v, w) = (self.u[i], self.v[i], self.w[i]);
             let vis = predict(&model.source, model.term.profile, u, v, w);
-            self.re[i] += vis.re as f32;
-            self.im[i] += vis.im as f32;
+            self.re[i] += gain[i] * vis.re as f32;
+            self.im[i] += gain[i] * vis.im as f32;
         }
     }
 }

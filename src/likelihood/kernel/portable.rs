@@ -3,15 +3,17 @@
 use super::numbers::{EXP2, GAUSSIAN_EXPONENT_MAX, SQRT2_SIN_PI, TURNS_PER_UNIT, horner};
 use super::term::SourceTerm;
 use super::tile::{LANES, Pack, TILE, Tile};
+use crate::likelihood::extents::Gain;
 use crate::likelihood::{VisBlock, Xy};
 use crate::rime::shape::Profile;
 
 /// Adds the sums of each term over `block` to `sums`.
-pub(super) fn accumulate(block: &VisBlock, terms: &[SourceTerm], sums: &mut [Xy]) {
+pub(super) fn accumulate(block: &VisBlock, terms: &[SourceTerm], gains: &[Gain], sums: &mut [Xy]) {
     let mut tile = Tile::new();
     for first in (0..block.len()).step_by(TILE) {
         tile.fill(block, first);
-        for (term, sum) in terms.iter().zip(&mut *sums) {
+        for (i, (term, sum)) in terms.iter().zip(&mut *sums).enumerate() {
+            tile.look(gains.get(i..=i));
             let part = tile_sums(&tile, term);
             sum.x += part.x;
             sum.y += part.y;

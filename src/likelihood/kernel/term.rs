@@ -1,5 +1,6 @@
 //! What a kernel needs to know of a source.
 
+use crate::coords::Lm;
 use crate::rime::Source;
 use crate::rime::shape::{Profile, QuadraticForm};
 use std::f64::consts::{LOG2_E, PI};
@@ -26,6 +27,14 @@ pub struct SourceTerm {
 }
 
 impl SourceTerm {
+    /// Where the source is.
+    pub(super) fn place(&self) -> Lm {
+        Lm {
+            l: self.l,
+            m: self.m,
+        }
+    }
+
     /// Q at (u, v, w).
     #[inline(always)]
     pub(super) fn q(&self, u: f32, v: f32, w: f32) -> f32 {

@@ -3,7 +3,7 @@
 use super::*;
 use crate::coords::Lm;
 use crate::likelihood::plain_xy;
-use crate::likelihood::samples::{PROFILES, noise, sources};
+use crate::likelihood::samples::{MEERKAT, PROFILES, noise, seen, sources};
 use crate::rime::shape::Profile;
 use crate::rime::{Source, predict};
 
@@ -189,6 +189,7 @@ fn half_a_turn_gives_minus_one() {
         weighted_re: vec![2.0; 3],
         weighted_im: vec![0.0; 3],
         weight: vec![2.0; 3],
+        ..VisBlock::default()
     };
     let source = Source {
         lm: Lm { l: 0.5, m: 0.0 },
@@ -252,6 +253,7 @@ fn the_cosine_has_no_mean() {
         weighted_re: vec![1.0; count],
         weighted_im: vec![0.0; count],
         weight: vec![1.0; count],
+        ..VisBlock::default()
     };
     let source = Source {
         lm: Lm { l: 1.0, m: 0.0 },
@@ -262,4 +264,24 @@ fn the_cosine_has_no_mean() {
         let mean = (xy(isa, &block, &[source], Profile::Point)[0].x - plain.x) / count as f64;
         assert!(mean.abs() < 1e-9, "{isa:?}: {mean:e}");
     }
+}
+
+#[test]
+fn factors_of_the_instrument_are_in_x_and_y() {
+    let mut plain = noise(5_000, 21);
+    let sources = sources(60, 22);
+    for profile in PROFILES {
+        for isa in available() {
+            let block = seen(plain.clone(), MEERKAT);
+            let worst = worst_error(isa, &block, &sources, profile);
+            assert!(worst < 1e-5, "{isa:?} {profile:?}: {worst:e}");
+        }
+    }
+    // They make a difference: the data are not those of sources without them.
+    let block = seen(plain.clone(), MEERKAT);
+    plain.u.clone_from(&block.u);
+    plain.v.clone_from(&block.v);
+    plain.w.clone_from(&block.w);
+    let [with, without] = [&block, &plain].map(|b| plain_xy(b, &sources[0], Profile::Point).y);
+    assert!((with / without - 1.0).abs() > 0.05, "{with} {without}");
 }

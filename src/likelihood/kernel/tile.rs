@@ -3,6 +3,8 @@
 use super::numbers::{PHASE_MAGIC, TURNS_MAX, polar};
 use super::term::SourceTerm;
 use crate::likelihood::VisBlock;
+use crate::likelihood::extents::{Extents, Gain};
+use std::ops::Range;
 
 /// Samples in a pack: what one vector of f32 holds at most.
 pub(super) const LANES: usize = 16;
@@ -96,6 +98,15 @@ pub(super) struct Tile {
     used: usize,
     /// Largest |u|, |v| and |w| [wavelength].
     reach: [f64; 3],
+    /// What the instrument's factors are made of, where there are any.
+    seen: Option<Box<Seen>>,
+}
+
+/// The extents of a tile's samples, and what their amplitudes and weights are without factors.
+struct Seen {
+    extent: [[f32; TILE]; 3],
+    amplitude: [f32; TILE],
+    weight: [f32; TILE],
 }
 
 impl Tile {
@@ -105,6 +116,7 @@ impl Tile {
             packs: vec![Pack::EMPTY; PACKS].into_boxed_slice(),
             used: 0,
             reach: [0.0; 3],
+            seen: None,
         }
     }
 
@@ -135,6 +147,50 @@ impl Tile {
             }
         }
         self.reach = reach.map(|lanes| lanes.into_iter().fold(0.0, f64::max));
+        if block.extents.instrument.is_some() {
+            self.keep(&block.extents, first..end);
+        }
+    }
+
+    /// Keeps what [`Tile::look`] needs.
+    fn keep(&mut self, extents: &Extents, range: Range<usize>) {
+        let seen = self.seen.get_or_insert_with(|| {
+            Box::new(Seen {
+                extent: [[0.0; TILE]; 3],
+                amplitude: [0.0; TILE],
+                weight: [0.0; TILE],
+            })
+        });
+        let of = [&extents.place, &extents.width, &extents.interval_s];
+        for (kept, of) in seen.extent.iter_mut().zip(of) {
+            kept[..range.len()].copy_from_slice(&of[range.clone()]);
+        }
+        for (i, pack) in self.packs[..self.used].iter().enumerate() {
+            let lanes = i * LANES..(i + 1) * LANES;
+            seen.amplitude[lanes.clone()].copy_from_slice(&pack.amplitude);
+            seen.weight[lanes].copy_from_slice(&pack.weight);
+        }
+    }
+
+    /// Sets amplitudes and weights to those for the factors s of a source, s w d and s² w, or for two
+    /// sources, whose product takes the place of s². Nothing is done without.
+    #[inline(always)]
+    pub(super) fn look(&mut self, gains: Option<&[Gain]>) {
+        let (Some([first, others @ ..]), Some(seen)) = (gains, &self.seen) else {
+            return;
+        };
+        let second = others.first().unwrap_or(first);
+        for (p, pack) in self.packs[..self.used].iter_mut().enumerate() {
+            for i in 0..LANES {
+                let k = p * LANES + i;
+                let uvw = [pack.u_single[i], pack.v_single[i], pack.w_single[i]];
+                let [place, width, interval_s] = &seen.extent;
+                let extent = [place[k], width[k], interval_s[k]];
+                let gain = first.at(uvw, extent);
+                pack.amplitude[i] = seen.amplitude[k] * gain;
+                pack.weight[i] = seen.weight[k] * gain * second.at(uvw, extent);
+            }
+        }
     }
 
     /// True if every phase of `term` fits the fixed-point form.
