@@ -102,12 +102,9 @@ fn a_beam_and_a_spectrum_multiply_visibilities() {
 /// Galaxies out to 0.6 degrees, each of several signal-to-noise ratios of ten.
 const FIELD: &str = "\
 RA[deg],DEC[deg],Total_flux[mJy],Scale_length[arcsec],E1,E2
-53.12,-30.03,6,4.0,0.1,0.0
-53.35,-29.87,9,5.0,-0.2,0.1
-52.85,-30.31,20,6.0,0.1,-0.2
-53.52,-30.36,30,6.0,0.0,0.1
-52.72,-29.68,30,5.0,0.2,0.0
-53.49,-29.72,24,4.0,0.0,-0.1
+53.12,-30.03,8,4.0,0.1,0.0
+52.85,-30.31,30,6.0,0.1,-0.2
+53.52,-30.36,45,6.0,0.0,0.1
 ";
 const TERMS: &str = "--smearing --beam meerkat --spectral-index -0.7";
 
@@ -144,24 +141,23 @@ fn pulls(folder: &Path, data: &Path, name: &str, terms: &str) -> Vec<[f64; 3]> {
     (0..ra.len()).map(pull).collect()
 }
 
-/// One catalogue with the terms of the instrument and one without, of two times and 32 channels.
+/// One catalogue with the terms of the instrument and one without, of one time and 32 channels.
 #[test]
-#[ignore = "takes minutes"]
 fn a_smeared_field_is_unbiased_with_the_terms_and_biased_without() {
     let folder = tempfile::tempdir().unwrap();
-    let band = "--freq 1.284GHz --bandwidth 856MHz --channels 32 --hours 0.0044444444 --tint 8s";
+    let band = "--freq 1.284GHz --bandwidth 856MHz --channels 32 --hours 0.0022222222 --tint 8s";
     let data = simulated(
         FIELD,
         folder.path().join("field.uvfits"),
         &format!("{band} {TERMS}"),
     );
     let with = pulls(folder.path(), &data, "with.fits", TERMS);
-    let mean_square = with.as_flattened().iter().map(|p| p * p).sum::<f64>() / 18.0;
+    let mean_square = with.as_flattened().iter().map(|p| p * p).sum::<f64>() / 9.0;
     assert!(
         with.as_flattened().iter().all(|p| p.abs() < 4.0),
         "{with:?}"
     );
-    assert!((0.3..2.2).contains(&mean_square), "{with:?}");
+    assert!((0.1..3.0).contains(&mean_square), "{with:?}");
     let table = read_table(&folder.path().join("with.fits"), Some("CATALOGUE")).unwrap();
     let [gain, seen, flux] =
         ["PB_gain", "App_flux", "Total_flux"].map(|name| table.numbers(name).unwrap().clone());
@@ -171,7 +167,7 @@ fn a_smeared_field_is_unbiased_with_the_terms_and_biased_without() {
     }
     let without = pulls(folder.path(), &data, "without.fits", "");
     let biased = without.iter().filter(|pull| pull[0] < -10.0).count();
-    assert!(biased >= 4, "{without:?}");
+    assert!(biased >= 2, "{without:?}");
 }
 
 #[test]
