@@ -478,12 +478,13 @@ mod tests {
 
     #[test]
     fn coupled_sources_make_groups_and_the_strongest_stay_together() {
-        let chain: Vec<Coupling> = (0..7)
-            .map(|i| coupling(i, i + 1, 0.9 - 0.1 * i as f64))
+        let chain: Vec<Coupling> = (0..MOST_MEMBERS + 1)
+            .map(|i| coupling(i, i + 1, 0.9 - 0.05 * i as f64))
             .collect();
         assert_eq!(groups(9, &chain[..2]), [vec![0, 1, 2]]);
-        let cut = groups(9, &chain);
-        assert_eq!(cut, [vec![0, 1, 2, 3, 4, 5], vec![6, 7]]);
+        let cut = groups(MOST_MEMBERS + 3, &chain);
+        let strongest: Vec<usize> = (0..MOST_MEMBERS).collect();
+        assert_eq!(cut, [strongest, vec![MOST_MEMBERS, MOST_MEMBERS + 1]]);
         let crossed = [coupling(0, 2, 0.5), coupling(1, 3, 0.6)];
         assert_eq!(groups(4, &crossed), [vec![0, 2], vec![1, 3]]);
         assert!(groups(3, &[]).is_empty());

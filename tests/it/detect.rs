@@ -61,8 +61,8 @@ fn the_catalogue_does_not_depend_on_the_sampler() {
     let run = searched();
     let more = ["--sampler", "slice", "--n-live", "60", "--overwrite"];
     let paths = search(&run.data, &folder.join("out.fits"), &more);
-    let by_slices = read_table(&paths.catalogue, Some("CATALOG")).unwrap();
-    let by_ellipsoids = run.table("CATALOG");
+    let by_slices = read_table(&paths.catalogue, Some("CATALOGUE")).unwrap();
+    let by_ellipsoids = run.table("CATALOGUE");
     assert_eq!(by_slices.rows(), by_ellipsoids.rows());
     for (name, error) in [
         ("RA", "E_RA"),
