@@ -1,9 +1,9 @@
 //! Which sampler for sources that overlap: blends of 2, 5 and 10 components, 12 to 60 dimensions.
 //!
 //! `cargo bench --bench groups [-- COUNT]` prints, for population Monte Carlo, NUTS with differences of ln L,
-//! nested slices (d or 3 d a point) and NUTS with analytic slopes (a call: ln L and slope): likelihood calls, effective draws, calls an effective draw, and how far the
-//! marginals are from those of a NUTS run ten times as long: the largest error of a mean in sigma, and
-//! the largest relative error of a sigma, over all parameters.
+//! nested slices (d or 3 d a point) and NUTS with analytic slopes (a call: ln L and slope): calls, effective
+//! draws, calls for each of these, and how far the marginals are from those of a NUTS run ten times as long:
+//! the largest error of a mean in sigma, and the largest relative error of a sigma, over all parameters.
 //!
 //! All but nested slices start from what detection knows beforehand: each component's posterior
 //! for fixed neighbours.
