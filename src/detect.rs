@@ -12,6 +12,7 @@
 
 mod accept;
 mod certify;
+mod coupling;
 mod density;
 mod explore;
 mod joint;

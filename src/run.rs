@@ -1,5 +1,6 @@
 //! The whole run, readable aloud: data in, sources found, catalogue out.
 
+mod entries;
 mod outcome;
 
 use std::path::{Path, PathBuf};
