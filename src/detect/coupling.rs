@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn coupled_sources_make_groups_and_the_strongest_stay_together() {
-        let chain: Vec<Coupling> = (0..MOST_MEMBERS + 1)
+        let chain: Vec<Coupling> = (0..=MOST_MEMBERS)
             .map(|i| coupling(i, i + 1, 0.9 - 0.05 * i as f64))
             .collect();
         assert_eq!(groups(9, &chain[..2]), [vec![0, 1, 2]]);

@@ -27,9 +27,9 @@ impl Curvature {
     pub(super) fn points(&self) -> Vec<DVector<f64>> {
         let at = |moves: &[(usize, f64)]| {
             let mut point = self.centre.clone();
-            moves
-                .iter()
-                .for_each(|&(i, sign)| point[i] += sign * self.step[i]);
+            for &(i, sign) in moves {
+                point[i] += sign * self.step[i];
+            }
             point
         };
         let mut points = vec![self.centre.clone()];
