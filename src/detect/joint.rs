@@ -26,8 +26,8 @@ const N_SEED: usize = 1000;
 /// Joint draws, and effective ones that must be among them.
 const N_DRAW: usize = 4000;
 const LEAST_ESS: f64 = 400.0;
-/// Effective draws of chains, which cost more: a mean is good to 0.07 sigma.
-const LEAST_CHAIN_ESS: f64 = 200.0;
+/// Effective draws of chains, which cost more: a mean is good to 0.1 sigma.
+const LEAST_CHAIN_ESS: f64 = 100.0;
 /// Effective draws from which sampling can be begun again.
 const FEWEST_ESS: f64 = 30.0;
 /// Times that a group is sampled before it is left as it was; the last time by chains.

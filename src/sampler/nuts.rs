@@ -28,7 +28,7 @@ use walker::Walker;
 const N_CHAIN: usize = 4;
 /// Draws of each after which it is seen whether there are enough, and the most that there may be.
 const N_ROUND: usize = 100;
-const MOST_DRAWS: usize = 1000;
+const MOST_DRAWS: usize = 600;
 /// Chains agree if split R-hat of all coordinates is below this.
 const MOST_R_HAT: f64 = 1.05;
 /// Half the length of a difference, in standard deviations of the seeds. Differences to one side only would

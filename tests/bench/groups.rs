@@ -36,7 +36,7 @@ const N_NUTS: usize = 1000;
 const N_SEED: usize = 1000;
 const N_DRAW: usize = 4000;
 const LEAST_ESS: f64 = 400.0;
-const LEAST_CHAIN_ESS: f64 = 200.0;
+const LEAST_CHAIN_ESS: f64 = 100.0;
 const N_LIVE: usize = 100;
 
 fn main() {

@@ -13,7 +13,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 /// Draws that the step and the scales are found with.
 const N_TUNE: usize = 200;
 /// A trajectory has at most 2 to the power of this many steps: where that is too short, others are too.
-const MOST_DOUBLINGS: u64 = 7;
+const MOST_DOUBLINGS: u64 = 6;
 
 /// What a chain says.
 enum Message {
