@@ -26,7 +26,7 @@ const N_TABLE: usize = 12;
 /// Coupling from which a pair is sampled jointly: the errors would be 5% too small.
 const LEAST_COUPLING: f64 = 0.3;
 /// Most sources in a group; of more, the most strongly coupled are kept together.
-const MOST_MEMBERS: usize = 10;
+const MOST_MEMBERS: usize = 6;
 
 /// Two sources and their coupling.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -13,12 +13,10 @@ use super::{DetectError, Mode, ModeSample, Observer};
 use crate::dataset::{Dataset, JointView, ViewRequest};
 use crate::prior::{N_DIM, Region};
 use crate::rime::Source;
-use crate::sampler::{Draws, Nuts, NutsConfig, Population, PopulationConfig, PosteriorSampler};
+use crate::sampler::{Draws, Population, PopulationConfig, PosteriorSampler};
 
 /// Couplings above this one make a region no wider.
 const MOST_COUPLING: f64 = 0.97;
-/// Groups of more are sampled by chains: of weighted draws of a blend of five hardly any count.
-const MOST_WEIGHTED: usize = 3;
 /// Groups sampled at a time.
 const IN_FLIGHT: usize = 16;
 /// Joint samples that the sampler starts from.
@@ -26,13 +24,10 @@ const N_SEED: usize = 1000;
 /// Joint draws, and effective ones that must be among them.
 const N_DRAW: usize = 4000;
 const LEAST_ESS: f64 = 400.0;
-/// Effective draws of chains, which cost more: a mean is good to 0.1 sigma.
-const LEAST_CHAIN_ESS: f64 = 100.0;
 /// Effective draws from which sampling can be begun again.
 const FEWEST_ESS: f64 = 30.0;
-/// Times that a group is sampled before it is left as it was; the last time by chains.
+/// Times that a group is sampled before it is left as it was.
 const MOST_ATTEMPTS: u64 = 4;
-const WEIGHTED_ATTEMPTS: u64 = 3;
 
 /// Who was sampled with whom.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -128,12 +123,8 @@ impl Refinement<'_> {
                 seed: stream_seed(self.seed, [6, attempt, 0]),
                 ..*self
             };
-            let manner = Manner {
-                is_exact,
-                by_chains: attempt >= WEIGHTED_ATTEMPTS,
-            };
             let sampled =
-                refinement.sample_groups(dataset, sources, &poor, couplings, manner, observer)?;
+                refinement.sample_groups(dataset, sources, &poor, couplings, is_exact, observer)?;
             poor.retain(|group| !sampled.contains(group));
             good.extend(sampled);
         }
@@ -151,7 +142,7 @@ impl Refinement<'_> {
         sources: &mut [Found],
         groups: &[Vec<usize>],
         couplings: &[Coupling],
-        manner: Manner,
+        is_exact: bool,
         observer: &mut dyn Observer,
     ) -> Result<Vec<Vec<usize>>, DetectError> {
         let mut converged = Vec::new();
@@ -164,14 +155,14 @@ impl Refinement<'_> {
                 let request = |region: &Region| ViewRequest {
                     region: *region,
                     restored: restored.clone(),
-                    is_exact: manner.is_exact,
+                    is_exact,
                 };
                 regions.iter().map(request).collect::<Vec<_>>()
             };
             let requests = groups.iter().zip(&regions).map(request);
             let views: Vec<JointView> = requests.map(JointView::new).collect();
             let start = |(group, (regions, view)): (&Vec<usize>, _)| {
-                self.start(sources, group, regions, view, manner)
+                self.start(sources, group, regions, view)
             };
             let together = groups.iter().zip(regions.into_iter().zip(views));
             let mut active: Vec<Active> = together.map(start).collect();
@@ -202,7 +193,6 @@ impl Refinement<'_> {
         group: &[usize],
         regions: Vec<Region>,
         view: JointView,
-        manner: Manner,
     ) -> Active {
         let seed = stream_seed(self.seed, [group[0] as u64, group.len() as u64, 0]);
         let mut rng = ChaCha8Rng::seed_from_u64(stream_seed(seed, [0, 0, 0]));
@@ -213,11 +203,17 @@ impl Refinement<'_> {
                 seeds.extend(self.prior.unit(region, &source));
             }
         }
+        let config = PopulationConfig {
+            n_dim: N_DIM * group.len(),
+            n_draw: N_DRAW,
+            least_ess: LEAST_ESS,
+            seed,
+        };
         Active {
             group: group.to_vec(),
             regions,
             view,
-            sampler: sampler(group.len(), manner.by_chains, &seeds, seed),
+            sampler: Population::new(config, &seeds),
         }
     }
 
@@ -253,7 +249,7 @@ impl Refinement<'_> {
             sampler,
             ..
         } = active;
-        let draws = sampler.finish();
+        let draws = Box::new(sampler).finish();
         tracing::debug!(
             "sources {group:?} together: {:.0} effective of {} draws, tail index {:?}, {} evaluations",
             draws.ess,
@@ -279,44 +275,12 @@ impl Refinement<'_> {
     }
 }
 
-/// How groups are sampled.
-#[derive(Debug, Clone, Copy)]
-struct Manner {
-    is_exact: bool,
-    by_chains: bool,
-}
-
 /// A group that is being sampled.
 struct Active {
     group: Vec<usize>,
     regions: Vec<Region>,
     view: JointView,
-    sampler: Box<dyn PosteriorSampler>,
-}
-
-/// Weighted draws for few sources, chains for many and where weighted draws have failed.
-fn sampler(
-    n_source: usize,
-    by_chains: bool,
-    seeds: &[f64],
-    seed: u64,
-) -> Box<dyn PosteriorSampler> {
-    let n_dim = N_DIM * n_source;
-    if by_chains || n_source > MOST_WEIGHTED {
-        let config = NutsConfig {
-            n_dim,
-            least_ess: LEAST_CHAIN_ESS,
-            seed,
-        };
-        return Box::new(Nuts::new(config, seeds));
-    }
-    let config = PopulationConfig {
-        n_dim,
-        n_draw: N_DRAW,
-        least_ess: LEAST_ESS,
-        seed,
-    };
-    Box::new(Population::new(config, seeds))
+    sampler: Population,
 }
 
 /// The sources at `u`, one for each region and point.
