@@ -10,7 +10,7 @@
 //!     -> modes(): the same for every mode, with its posterior samples
 //!     -> insertion_test(), log_z_err_bootstrap(), efficiency(), live_history(), health(): is it to be trusted?
 //!     -> merge(): several runs as one
-//! Population, Nuts: the same protocol, where a posterior of one piece is roughly known -> Draws
+//! Population: the same protocol, where a posterior of one piece is roughly known -> Draws
 //! ```
 //!
 //! # Examples
@@ -38,14 +38,12 @@
 //! ```
 
 mod bound;
-mod chain;
 mod diagnostics;
 mod evidence;
 mod merge;
 mod modes;
 mod multinest;
 mod nest;
-mod nuts;
 mod pareto;
 mod population;
 pub mod problems;
@@ -59,8 +57,7 @@ pub use evidence::Evidence;
 pub use merge::MergeError;
 pub use modes::ModeSummary;
 pub use multinest::{MultiNest, MultiNestConfig};
-pub use nuts::{Nuts, NutsConfig};
-pub use population::{Population, PopulationConfig};
+pub use population::{Draws, Population, PopulationConfig};
 pub use run::{RunError, run};
 pub use slice::{Slice, SliceConfig};
 
@@ -90,42 +87,6 @@ pub trait Sampler: Send {
 
     /// Ends the run: the live points become dead points.
     fn finish(self: Box<Self>) -> NestedRun;
-}
-
-/// A sampler of a posterior of one piece that is roughly known, driven like a [`Sampler`].
-pub trait PosteriorSampler: Send {
-    /// Points to evaluate next, axes (point, dimension); empty when the run is finished.
-    fn ask(&mut self) -> &[f64];
-
-    /// Takes ln L of the points of the last `ask`.
-    ///
-    /// # Errors
-    /// Wrong number of values, or NaN.
-    fn tell(&mut self, log_l: &[f64]) -> Result<(), SamplerError>;
-
-    /// The draws; none of them if the run is not finished.
-    fn finish(self: Box<Self>) -> Draws;
-}
-
-/// What a [`PosteriorSampler`] leaves: weighted draws.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Draws {
-    /// Points in the unit cube, axes (point, dimension).
-    pub u: Vec<f64>,
-    /// ln L of each.
-    pub log_l: Vec<f64>,
-    /// Posterior weight of each, summing to one.
-    pub weight: Vec<f64>,
-    /// ln of the evidence, if the sampler brings it.
-    pub log_z: Option<f64>,
-    /// Effective number of points.
-    pub ess: f64,
-    /// Index of the tail of the weights; none if they have no tail.
-    pub tail_index: Option<f64>,
-    /// Likelihood evaluations, all included.
-    pub n_eval: u64,
-    /// There are enough effective points, and the sampler's own test of them has passed.
-    pub is_converged: bool,
 }
 
 /// Where a run stands.

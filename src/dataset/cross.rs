@@ -1,7 +1,6 @@
 //! Several sources together: what they have in common, and regions in which they are looked at.
 
-use std::collections::{BTreeMap, HashMap};
-use std::hash::Hash;
+use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
@@ -146,24 +145,17 @@ impl Dataset {
         &mut self,
         jobs: &[(&JointView, &[Source])],
     ) -> Result<Vec<Vec<f64>>, DatasetError> {
-        // Points beside each other have most of their sources in common.
-        let by_member: Vec<Unique<Source>> = jobs
+        let by_member: Vec<Vec<Source>> = jobs
             .iter()
             .flat_map(|(view, points)| {
                 let count = view.members.len();
-                let of_member = move |i| points.iter().skip(i).step_by(count).copied();
-                (0..count).map(move |i| Unique::of(of_member(i), unit_key))
+                (0..count).map(move |i| points.iter().skip(i).step_by(count).copied().collect())
             })
             .collect();
         let views = jobs.iter().flat_map(|(view, _)| &view.members);
-        let single: Vec<(&View, &[Source])> = views
-            .zip(by_member.iter().map(|unique| unique.items.as_slice()))
-            .collect();
-        let sums = self.sum_views(&single)?;
-        let mut xy = by_member
-            .iter()
-            .zip(&sums)
-            .map(|(unique, xy)| unique.all(xy));
+        let single: Vec<(&View, &[Source])> =
+            views.zip(by_member.iter().map(Vec::as_slice)).collect();
+        let mut xy = self.sum_views(&single)?.into_iter();
         let cross = self.cross_of_views(jobs)?;
         let log_l = |((view, points), cross): (&(&JointView, &[Source]), Vec<f64>)| {
             let count = view.members.len();
@@ -183,14 +175,13 @@ impl Dataset {
         &mut self,
         jobs: &[(&JointView, &[Source])],
     ) -> Result<Vec<Vec<f64>>, DatasetError> {
-        let wanted: Vec<Unique<[Source; 2]>> = jobs
+        let wanted: Vec<Vec<[Source; 2]>> = jobs
             .iter()
             .map(|(view, points)| {
                 let count = view.members.len();
                 let of_point = |p: &[Source]| pairs(count).map(|[i, j]| [p[i], p[j]]).collect();
                 let points = points.chunks_exact(count);
-                let all = points.flat_map(|p| -> Vec<_> { of_point(p) });
-                Unique::of(all, |pair| pair.map(|source| unit_key(&source)))
+                points.flat_map(|p| -> Vec<_> { of_point(p) }).collect()
             })
             .collect();
         let evaluated = jobs.iter().filter(|(_, points)| !points.is_empty());
@@ -198,7 +189,7 @@ impl Dataset {
         let all = || jobs.iter().map(|(view, _)| *view).zip(&wanted);
         let without: Vec<[Source; 2]> = all()
             .filter(|(view, _)| view.cross().is_none())
-            .flat_map(|(_, wanted)| wanted.items.iter().copied())
+            .flat_map(|(_, wanted)| wanted.iter().copied())
             .collect();
         let mut summed = self.sum_cross(&without)?.into_iter();
         let by_facet = |facet: &CrossFacet, wanted: &[[Source; 2]]| -> Vec<f64> {
@@ -207,51 +198,12 @@ impl Dataset {
                 .flat_map_iter(|pairs| facet.cross_batch(pairs))
                 .collect()
         };
-        let sums = all().map(|(view, wanted)| {
-            let sums: Vec<f64> = match view.cross() {
-                Some(facet) => by_facet(facet, &wanted.items),
-                None => summed.by_ref().take(wanted.items.len()).collect(),
-            };
-            wanted.all(&sums)
+        let sums = all().map(|(view, wanted)| match view.cross() {
+            Some(facet) => by_facet(facet, wanted),
+            None => summed.by_ref().take(wanted.len()).collect(),
         });
         Ok(sums.collect())
     }
-}
-
-/// Each of many things once, and which one each was.
-struct Unique<T> {
-    items: Vec<T>,
-    index: Vec<usize>,
-}
-
-impl<T> Unique<T> {
-    /// Things with the same key are the same; the first ones are kept, in their order.
-    fn of<K: Eq + Hash>(all: impl Iterator<Item = T>, key: impl Fn(&T) -> K) -> Self {
-        let (mut items, mut index) = (Vec::new(), Vec::new());
-        let mut known = HashMap::new();
-        for item in all {
-            let next = items.len();
-            let at = *known.entry(key(&item)).or_insert(next);
-            if at == next {
-                items.push(item);
-            }
-            index.push(at);
-        }
-        Self { items, index }
-    }
-
-    /// The value of each thing, given that of every item.
-    fn all<V: Copy>(&self, values: &[V]) -> Vec<V> {
-        self.index.iter().map(|&i| values[i]).collect()
-    }
-}
-
-/// Sources with the same one look the same at unit flux density.
-fn unit_key(source: &Source) -> [u64; 5] {
-    let Source {
-        lm, scale_rad, e, ..
-    } = source;
-    [lm.l, lm.m, *scale_rad, e.e1, e.e2].map(f64::to_bits)
 }
 
 /// The smallest region that holds all of `requests`.

@@ -155,8 +155,10 @@ impl Active {
         let evidence = run.evidence();
         let health = run.health(evidence.log_z_err);
         tracing::debug!("region {}: {health}", self.index);
-        for history in run.live_history() {
-            tracing::debug!("region {}, {history}", self.index);
+        if tracing::enabled!(tracing::Level::DEBUG) {
+            for history in run.live_history() {
+                tracing::debug!("region {}, {history}", self.index);
+            }
         }
         Explored {
             index: self.index,

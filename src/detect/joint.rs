@@ -13,7 +13,7 @@ use super::{DetectError, Mode, ModeSample, Observer};
 use crate::dataset::{Dataset, JointView, ViewRequest};
 use crate::prior::{N_DIM, Region};
 use crate::rime::Source;
-use crate::sampler::{Draws, Population, PopulationConfig, PosteriorSampler};
+use crate::sampler::{Draws, Population, PopulationConfig};
 
 /// Couplings above this one make a region no wider.
 const MOST_COUPLING: f64 = 0.97;
@@ -249,7 +249,7 @@ impl Refinement<'_> {
             sampler,
             ..
         } = active;
-        let draws = Box::new(sampler).finish();
+        let draws = sampler.finish();
         tracing::debug!(
             "sources {group:?} together: {:.0} effective of {} draws, tail index {:?}, {} evaluations",
             draws.ess,

@@ -1,9 +1,11 @@
 //! Nested slice sampling: new points come from chains that walk through the live region.
 
+mod chain;
+
 use super::bound::{Cluster, Ellipsoid};
-use super::chain::Chain;
 use super::nest::{Child, Live, MIN_MODE, Mode, Nest};
 use super::{NestedRun, Progress, Sampler, SamplerError};
+use chain::Chain;
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,6 +1,6 @@
 //! Which sampler for sources that overlap: blends of 2, 5 and 10 components, 12 to 60 dimensions.
 //!
-//! `cargo bench --bench groups [-- COUNT]` prints, for population Monte Carlo, NUTS with differences of ln L,
+//! `cargo bench --bench groups [-- COUNT]` prints, for population Monte Carlo,
 //! nested slices (d or 3 d a point) and NUTS with analytic slopes (a call: ln L and slope): calls, effective
 //! draws, calls for each of these, and how far the marginals are from those of a NUTS run ten times as long:
 //! the largest error of a mean in sigma, and the largest relative error of a sigma, over all parameters.
@@ -23,9 +23,7 @@ use std::ops::ControlFlow;
 use std::rc::Rc;
 use std::time::Instant;
 use vis2cat::sampler::problems::Blend;
-use vis2cat::sampler::{
-    Nuts, NutsConfig, Population, PopulationConfig, PosteriorSampler, Slice, SliceConfig, run,
-};
+use vis2cat::sampler::{Population, PopulationConfig, Slice, SliceConfig, run};
 
 /// Parameters of a component.
 const N_PARAM: usize = 6;
@@ -36,7 +34,6 @@ const N_NUTS: usize = 1000;
 const N_SEED: usize = 1000;
 const N_DRAW: usize = 4000;
 const LEAST_ESS: f64 = 400.0;
-const LEAST_CHAIN_ESS: f64 = 100.0;
 const N_LIVE: usize = 100;
 
 fn main() {
@@ -54,9 +51,8 @@ fn main() {
         let laplace = Laplace::new(&blend);
         let reference = nuts(&blend, &laplace, 10 * N_NUTS, 99);
         for seed in 1..=3 {
-            let samplers: [(&str, &dyn Fn() -> Sample); 5] = [
+            let samplers: [(&str, &dyn Fn() -> Sample); 4] = [
                 ("population", &|| population(&blend, &laplace, seed)),
-                ("nuts", &|| chains(&blend, &laplace, seed)),
                 ("slices, d", &|| slices(&blend, 1, seed)),
                 ("slices, 3 d", &|| slices(&blend, 3, seed)),
                 ("with slopes", &|| nuts(&blend, &laplace, N_NUTS, seed)),
@@ -175,18 +171,15 @@ impl Laplace {
 }
 
 fn population(blend: &Blend, laplace: &Laplace, seed: u64) -> Sample {
+    let n_dim = blend.n_dim();
     let config = PopulationConfig {
-        n_dim: blend.n_dim(),
+        n_dim,
         n_draw: N_DRAW,
         least_ess: LEAST_ESS,
         seed,
     };
     let seeds = laplace.seeds(seed);
-    drawn(blend, Box::new(Population::new(config, &seeds)))
-}
-
-fn drawn(blend: &Blend, mut sampler: Box<dyn PosteriorSampler>) -> Sample {
-    let n_dim = blend.n_dim();
+    let mut sampler = Population::new(config, &seeds);
     loop {
         let u = sampler.ask();
         if u.is_empty() {
@@ -202,16 +195,6 @@ fn drawn(blend: &Blend, mut sampler: Box<dyn PosteriorSampler>) -> Sample {
         ess: draws.ess,
         n_eval: draws.n_eval,
     }
-}
-
-fn chains(blend: &Blend, laplace: &Laplace, seed: u64) -> Sample {
-    let config = NutsConfig {
-        n_dim: blend.n_dim(),
-        least_ess: LEAST_CHAIN_ESS,
-        seed,
-    };
-    let seeds = laplace.seeds(seed);
-    drawn(blend, Box::new(Nuts::new(config, &seeds)))
 }
 
 /// The posterior of nested slices, `sweeps` of the dimensions a point.
