@@ -4,8 +4,10 @@
 //! that the same sums come out whether they are held or streamed.
 
 mod answers;
+mod confusion;
 mod cross;
 mod evaluate;
+mod faint;
 mod ingest;
 mod noise;
 mod open;
@@ -19,6 +21,7 @@ mod views;
 
 pub use cross::JointView;
 pub use evaluate::Request;
+pub use faint::Faint;
 pub use noise::{DifferenceMethod, NoiseReport, NoiseUsed};
 pub use open::OpenOptions;
 pub use overview::Overview;

@@ -27,7 +27,7 @@ mod screen;
 mod tiles;
 
 pub use accept::Cuts;
-pub use density::p_source;
+pub use density::Census;
 pub use explore::{SamplerFactory, SamplerSettings};
 pub use mode::{Mode, ModeSample, Status};
 pub use pipeline::{Detected, Detection, Screening, Settings, detect};

@@ -3,7 +3,6 @@
 //! The field is cut into facets much larger than those that serve a likelihood. Sources of the sizes
 //! that are looked for are seen by the shorter baselines, so the facets leave out the others.
 
-use std::f64::consts::FRAC_1_SQRT_2;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -156,22 +155,6 @@ impl Dataset {
         let mut seen: Vec<f64> = sources.into_par_iter().map(seen).collect();
         seen.sort_by(f64::total_cmp);
         seen[(LEAST_SEEN * N_DRAW as f64) as usize]
-    }
-
-    /// Part of the sources of `prior` that are expected to stay below a matched-filter signal-to-noise
-    /// ratio of `cut`.
-    ///
-    /// A source of ratio ρ shows sqrt(ρ² + 2) on average, as its position follows the noise, with a
-    /// scatter of 1.
-    pub fn part_below(&self, cut: f64, prior: &SourcePrior) -> f64 {
-        let below = |source: Source| {
-            let binned = self
-                .uv_profile
-                .binned(self.profile, source.scale_rad, source.e);
-            let snr2 = source.flux_jy * source.flux_jy * self.uv_profile.y(&binned);
-            0.5 * puruspe::erfc(((snr2 + 2.0).sqrt() - cut) * FRAC_1_SQRT_2)
-        };
-        prior.evenly(N_DRAW).map(below).sum::<f64>() / N_DRAW as f64
     }
 
     /// What is seen of each of `regions` with the removed sources out of the data, and where it reaches

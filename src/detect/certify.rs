@@ -263,10 +263,16 @@ fn reweighted(mode: &Mode, correction: &[f64], is_alone: bool) -> Mode {
         })
         .collect();
     let gain = if is_alone { highest + total.ln() } else { 0.0 };
+    let new = Mode::new(mode.tile, samples, mode.log_z + gain, mode.log_z_err);
     Mode {
         best_xy: mode.best_xy,
+        mean_log_l: if is_alone {
+            new.mean_log_l
+        } else {
+            mode.mean_log_l
+        },
         is_unfinished: mode.is_unfinished,
         status: mode.status,
-        ..Mode::new(mode.tile, samples, mode.log_z + gain, mode.log_z_err)
+        ..new
     }
 }

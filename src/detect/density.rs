@@ -1,7 +1,12 @@
 //! How many sources a field holds, of which each mode may be one.
 
+use super::Mode;
+
 /// Steps of the bisection: as many as the mantissa has bits.
 const N_STEP: u32 = 60;
+/// Times that the number of sources and the noise that they add are found from each other: a tenth of the
+/// noise, more than there ever is, leaves an error of 1e-4.
+const N_REPEAT: u32 = 4;
 
 /// Number N of sources to be expected in a field, from the local evidences of all modes above the cut
 /// (against no source, with the prior of the whole field) and the part `faint` of all sources that
@@ -40,14 +45,53 @@ pub(super) fn expected_sources(log_z: &[f64], faint: f64) -> f64 {
     high
 }
 
+/// What modes are weighed with to tell sources from noise.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Census {
+    /// Sources in the field, detectable or not.
+    pub n_expected: f64,
+    /// Variance that those below the cut add to the noise, in units of that of the noise.
+    pub confusion: f64,
+}
+
+impl Census {
+    /// The census by the `modes` above the cut, if the part `faint` of all sources stays below it and
+    /// each source of all adds `confusion_of_one` to the variance on average.
+    pub(super) fn take(modes: &[&Mode], faint: f64, confusion_of_one: f64) -> Self {
+        let mut census = Self::default();
+        for _ in 0..N_REPEAT {
+            let log_z: Vec<f64> = modes.iter().map(|mode| census.log_z(mode)).collect();
+            census.n_expected = expected_sources(&log_z, faint);
+            census.confusion = census.n_expected * confusion_of_one;
+        }
+        census
+    }
+
+    /// Local evidence of a mode with the noise that there is.
+    ///
+    /// # Formula
+    /// With the noise f times larger ln L is ln L/f², and the evidence the posterior mean of
+    /// exp((1/f² - 1) ln L) times what it was: to first order ln Z - (1 - 1/f²) <ln L>.
+    fn log_z(&self, mode: &Mode) -> f64 {
+        mode.log_z - self.confusion / (1.0 + self.confusion) * mode.mean_log_l
+    }
+
+    /// Probability that a mode is a source.
+    pub fn p_source(&self, mode: &Mode) -> f64 {
+        p_source(self.log_z(mode), self.n_expected)
+    }
+}
+
 /// Probability that a mode of local evidence `log_z` is a source where `n_expected` are expected.
-pub fn p_source(log_z: f64, n_expected: f64) -> f64 {
+fn p_source(log_z: f64, n_expected: f64) -> f64 {
     1.0 / (1.0 + (-log_z - n_expected.ln()).exp())
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::ModeSample;
     use super::*;
+    use crate::rime::Source;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -74,6 +118,37 @@ mod tests {
             let sum: f64 = log_z.iter().map(|z| p_source(*z, n)).sum();
             assert!((sum / (n * (1.0 - faint)) - 1.0).abs() < 1e-9, "{sum} {n}");
         }
+    }
+
+    /// One of 1000 places, which shows `snr`.
+    fn mode(snr: f64) -> Mode {
+        let log_l = 0.5 * snr * snr;
+        let sample = ModeSample {
+            source: Source::default(),
+            log_l,
+            weight: 1.0,
+        };
+        Mode::new(0, vec![sample], log_l - 1000f64.ln(), 0.0)
+    }
+
+    #[test]
+    fn confusion_makes_faint_sources_less_sure_and_fewer() {
+        let modes: Vec<Mode> = (0..60).map(|i| mode(3.0 + 0.05 * f64::from(i))).collect();
+        let modes: Vec<&Mode> = modes.iter().collect();
+        let clear = Census::take(&modes, 0.3, 0.0);
+        let confused = Census::take(&modes, 0.3, 5e-4);
+        assert_eq!(clear.confusion, 0.0);
+        assert!((confused.confusion / (5e-4 * confused.n_expected) - 1.0).abs() < 1e-3);
+        assert!(confused.n_expected < clear.n_expected);
+        for mode in modes {
+            assert!(confused.p_source(mode) < clear.p_source(mode));
+        }
+        // At a signal-to-noise ratio of 5 a variance of 3% takes 0.36 of ln Z.
+        let census = Census {
+            n_expected: 20.0,
+            confusion: 0.03,
+        };
+        assert!((census.log_z(&mode(5.0)) - (mode(5.0).log_z - 12.5 * 0.03 / 1.03)).abs() < 1e-9);
     }
 
     /// A field of 1000 places, in which a source shows as SNR 4 +- 1 and noise as 0 +- 1, has

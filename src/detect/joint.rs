@@ -303,6 +303,7 @@ fn marginal<'a>(old: &Mode, drawn: impl Iterator<Item = &'a Source>, draws: &Dra
         .filter(|sample| sample.weight > NO_WEIGHT)
         .collect();
     let mut mode = Mode::new(old.tile, samples, old.log_z, old.log_z_err);
+    mode.mean_log_l = old.mean_log_l;
     mode.best_xy = old.best_xy;
     mode.is_unfinished = old.is_unfinished;
     mode

@@ -74,6 +74,8 @@ pub struct Mode {
     pub best: Source,
     /// ln L of that sample.
     pub best_log_l: f64,
+    /// Posterior mean of ln L where it was sampled alone, as `log_z` is of.
+    pub mean_log_l: f64,
     /// Standard deviation of the position, the larger of l and m [rad].
     pub position_sigma_rad: f64,
     /// Standard deviation of the flux density [Jy].
@@ -132,6 +134,7 @@ impl Mode {
             mean,
             best,
             best_log_l,
+            mean_log_l: samples.iter().map(|s| s.weight * s.log_l).sum(),
             position_sigma_rad,
             flux_sigma_jy: sigma_of(|s| s.flux_jy, mean.flux_jy),
             log_z,

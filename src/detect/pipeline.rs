@@ -2,12 +2,12 @@
 
 use super::accept::{Cuts, accept};
 use super::certify::{Certificate, certify};
-use super::density::expected_sources;
+use super::density::Census;
 use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore};
 use super::joint::Joined;
 use super::leftover::Leftovers;
 use super::queue::{Queue, Search};
-use super::refine::{Found, Refinement};
+use super::refine::{CLOSE_BEAMS, Found, Refinement};
 use super::{DetectError, Mode, Observer, Status, Tile};
 use crate::dataset::Dataset;
 use crate::prior::{Region, SourcePrior, Window};
@@ -60,8 +60,8 @@ pub struct Detection {
     pub n_tile_searched: usize,
     /// What was left out, if tiles were screened.
     pub screening: Option<Screening>,
-    /// Sources to be expected in the field, detectable or not.
-    pub n_expected: f64,
+    /// What tells sources from noise.
+    pub census: Census,
     /// Searches that were stopped before they had the whole evidence of their tile.
     pub n_tile_unfinished: usize,
     /// How well the samplers did that searched tiles.
@@ -199,7 +199,7 @@ pub fn detect(
         }
     }
     let mut certificates = certified(dataset, settings, &mut sources, observer)?;
-    detection.n_expected = n_expected(dataset, settings, &sources);
+    detection.census = census(dataset, settings, &sources)?;
     let joined = if settings.refine {
         let refinement = refinement(settings, MOST_ROUNDS);
         refinement.join(dataset, &mut sources, &mut certificates, observer)?
@@ -302,10 +302,19 @@ fn drop_repeats(old: &mut [Mode], new: &mut [Mode], beam_rad: f64) {
 
 /// How many sources there are to be expected, by the evidences of those found: of the modes below the
 /// cut not all are known.
-fn n_expected(dataset: &Dataset, settings: &Settings, sources: &[Found]) -> f64 {
-    let log_z: Vec<f64> = sources.iter().map(|found| found.mode.log_z).collect();
-    let faint = dataset.part_below(settings.cuts.snr, &settings.prior);
-    expected_sources(&log_z, faint)
+fn census(
+    dataset: &mut Dataset,
+    settings: &Settings,
+    sources: &[Found],
+) -> Result<Census, DetectError> {
+    let Settings { field, prior, .. } = settings;
+    let snr_cut = settings.cuts.snr;
+    let faint = dataset.part_below(snr_cut, prior);
+    // What is nearer is not beside the mode, it is the mode.
+    let nearest_rad = CLOSE_BEAMS * settings.beam_rad;
+    let confusion = dataset.confusion_of_one(prior, snr_cut, field, nearest_rad)?;
+    let modes: Vec<&Mode> = sources.iter().map(|found| &found.mode).collect();
+    Ok(Census::take(&modes, faint, confusion))
 }
 
 /// Every mode of the tiles, in order of tiles.

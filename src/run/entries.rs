@@ -49,8 +49,13 @@ pub(super) fn of_run(
         RunEntry::new("search.n_source", detection.sources.len(), "sources"),
         RunEntry::new(
             "search.n_expected",
-            detection.n_expected,
+            detection.census.n_expected,
             "sources in the field by the evidences of those found, detectable or not",
+        ),
+        RunEntry::new(
+            "search.confusion",
+            detection.census.confusion.sqrt(),
+            "rms that sources below the cut add, in units of the noise",
         ),
     ];
     for (i, (digest, noise)) in digests.iter().zip(&info.noise).enumerate() {

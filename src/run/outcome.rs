@@ -12,7 +12,7 @@ use crate::catalogue::{
 use crate::config::Config;
 use crate::coords::{IcrsCentre, RaDec};
 use crate::dataset::Dataset;
-use crate::detect::{Detected, Detection, Mode, Settings, Status, p_source};
+use crate::detect::{Census, Detected, Detection, Mode, Settings, Status};
 use crate::simulate::format_utc;
 use crate::units::{ARCSEC, MICROJY};
 
@@ -60,9 +60,15 @@ impl Outcome {
         for detected in &detection.sources {
             let source_id = outcome.sources.len() as i64 + 1;
             let group_id = *groups.entry(detected.group).or_insert(source_id);
-            let n_expected = detection.n_expected;
             let gain = dataset.beam_at(detected.posterior.mean.lm);
-            outcome.push(config, settings, frame, detected, group_id, n_expected);
+            outcome.push(
+                config,
+                settings,
+                frame,
+                detected,
+                group_id,
+                &detection.census,
+            );
             if let (Some(gain), Some(row)) = (gain, outcome.sources.last_mut()) {
                 row.pb_gain = gain;
             }
@@ -92,7 +98,7 @@ impl Outcome {
         frame: IcrsCentre,
         detected: &Detected,
         group_id: i64,
-        n_expected: f64,
+        census: &Census,
     ) {
         let mode = &detected.posterior;
         let samples: Vec<WeightedSample> = mode
@@ -124,7 +130,7 @@ impl Outcome {
                 mean: mode.log_z,
                 err: mode.log_z_err,
             },
-            p_source: p_source(mode.log_z, n_expected),
+            p_source: census.p_source(mode),
             pb_gain: f64::NAN,
             max_dlog_l: detected.max_dlog_l,
             post_row: self.posterior.len() as i64,
@@ -192,7 +198,7 @@ fn modes(sources: &[SourceRow], detection: &Detection, frame: IcrsCentre) -> Vec
                 .iter()
                 .find(|s| s.mode_id == mode_id)
                 .map(|s| s.p_source),
-            Status::BelowCut => Some(p_source(mode.log_z, detection.n_expected)),
+            Status::BelowCut => Some(detection.census.p_source(mode)),
             _ => None,
         };
         ModeRow {

@@ -672,3 +672,41 @@ fn find(data: &mut Dataset) -> Detection {
     };
     detect(data, &settings, &mut NoObserver).unwrap()
 }
+
+/// 300 sources without noise: what each adds to the ratio seen at random places.
+#[test]
+fn the_confusion_by_faint_sources_is_what_they_add_to_the_noise() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("faint.uvfits");
+    let command = format!(
+        "simulate {} --array meerkat --tint 3600s --fov 20arcmin --sources 300 --flux 8uJy:16uJy --no-noise --quiet",
+        path.display()
+    );
+    vis2cat_ok(command.split_whitespace());
+    let mut data = open(&path, 1e9);
+    let config = Config::default();
+    let mut prior = config.prior.clone();
+    (prior.flux.low.0, prior.flux.high.0) = (8e-6, 16e-6);
+    let (prior, field) = (prior.source_prior(), field_of_view(20.0 * 60.0 * ARCSEC));
+    let (all_are_below, beam_rad) = (100.0, data.info().beam_rad);
+    let predicted = 300.0
+        * data
+            .confusion_of_one(&prior, all_are_below, &field, 0.05 * beam_rad)
+            .unwrap();
+    let at = |(i, source): (usize, Source)| {
+        let [x, y] = [0.754_877_666, 0.569_840_291].map(|step: f64| (step * i as f64).fract());
+        Source {
+            lm: field.from_unit(x, y),
+            ..source
+        }
+    };
+    let points: Vec<Source> = prior.evenly(20_000).enumerate().map(at).collect();
+    let n_point = points.len() as f64;
+    let request = Request {
+        points,
+        restored: Vec::new(),
+    };
+    let xy = data.evaluate(&[request]).unwrap();
+    let seen = xy[0].iter().map(|xy| xy.x * xy.x / xy.y).sum::<f64>() / n_point;
+    assert!((predicted / seen - 1.0).abs() < 0.25, "{predicted} {seen}");
+}

@@ -9,7 +9,7 @@ use vis2cat::catalogue::{
     SourceRow, WeightedSample, posterior_rows, source_name, summarise, write, write_truth,
 };
 use vis2cat::coords::{Lm, RaDec};
-use vis2cat::detect::{Status, p_source};
+use vis2cat::detect::Status;
 use vis2cat::rime::Source;
 use vis2cat::rime::shape::{Ellipticity, Profile};
 use vis2cat::units::{ARCSEC, DEG, MICROJY};
@@ -300,12 +300,17 @@ fn mode(lm: Lm, snr_peak: f64, log_z: f64, status: Status, source_id: Option<i64
             mean: log_z,
             err: 0.1,
         },
-        p_source: p_source(log_z, 3.0),
+        p_source: p_source(log_z),
         n_samples: 100,
         n_eff: 50.0,
         status,
         source_id,
     }
+}
+
+/// Where three sources are expected.
+fn p_source(log_z: f64) -> f64 {
+    1.0 / (1.0 + (-log_z).exp() / 3.0)
 }
 
 /// Two arcminutes about the centre, as a run writes it: two true sources, a false one, and modes
@@ -443,8 +448,8 @@ fn modes_samples_and_field_of_a_fits_catalogue_count() {
     // P: 0.99 of three rows, two true, and what two modes say.
     let bins = e["reliability"].as_array().unwrap();
     assert_eq!(parts(&bins[9]["is_true"]), (3, 4));
-    close(&bins[9]["mean_p"], 0.25 * (3.0 * 0.99 + p_source(3.0, 3.0)));
-    let p_noise = p_source(-1.0, 3.0);
+    close(&bins[9]["mean_p"], 0.25 * (3.0 * 0.99 + p_source(3.0)));
+    let p_noise = p_source(-1.0);
     assert!((0.5..0.6).contains(&p_noise));
     close(&bins[5]["mean_p"], p_noise);
     assert_eq!(parts(&bins[5]["is_true"]), (0, 1));
