@@ -28,7 +28,7 @@ mod tiles;
 
 pub use accept::Cuts;
 pub use density::Census;
-pub use explore::{SamplerFactory, SamplerSettings};
+pub use explore::{SamplerFactory, SamplerSettings, Task};
 pub use mode::{Mode, ModeSample, Status};
 pub use pipeline::{Detected, Detection, Screening, Settings, detect};
 pub use tiles::{Tile, field_of_view, side_for_basin, tiles};

@@ -13,8 +13,8 @@ use crate::checkpoint::{Checkpoint, CheckpointError, Identity};
 use crate::config::{Config, ConfigError, SamplerKind, Tiling};
 use crate::dataset::{Dataset, DatasetError, EngineOptions, NoiseUsed, OpenOptions};
 use crate::detect::{
-    Cuts, DetectError, Observer, SamplerSettings, Settings, detect, field_of_view, side_for_basin,
-    tiles,
+    Cuts, DetectError, Observer, SamplerSettings, Settings, Task, detect, field_of_view,
+    side_for_basin, tiles,
 };
 use crate::likelihood::Isa;
 use crate::prior::{MODE_DIMS, N_DIM};
@@ -33,8 +33,10 @@ const N_LIVE_SOURCE: usize = 300;
 
 /// Evaluations a live point after which a sampler has stalled: several times what a well-shaped
 /// posterior takes.
-const MAX_EVAL_PER_LIVE_POINT: u64 = 1500;
-const MAX_EVAL_PER_LIVE_POINT_SLICE: u64 = 15_000;
+const MAX_EVAL_SEARCH: u64 = 1500;
+/// The same where slices take over: somewhat more than these take.
+const MAX_EVAL_POSTERIOR: u64 = 400;
+const MAX_EVAL_SLICE: u64 = 15_000;
 
 /// A run failed.
 #[derive(Debug, thiserror::Error)]
@@ -269,14 +271,17 @@ fn sampler(config: &Config, settings: SamplerSettings) -> Result<Box<dyn Sampler
     // Modes are only to be seen here; each source is sampled again by itself.
     const N_LIVE_MODE: usize = 4;
     let SamplerSettings { n_live, seed, .. } = settings;
-    let mode_dims = if settings.search {
-        MODE_DIMS.to_vec()
-    } else {
-        Vec::new()
+    let mode_dims = match settings.task {
+        Task::Search => MODE_DIMS.to_vec(),
+        Task::Posterior | Task::AnyPosterior => Vec::new(),
     };
     let tolerance = config.tolerance;
-    let max_eval = most_evaluations(config, settings);
-    Ok(match config.sampler {
+    let kind = match settings.task {
+        Task::AnyPosterior => SamplerKind::Slice,
+        _ => config.sampler,
+    };
+    let max_eval = most_evaluations(config, kind, settings);
+    Ok(match kind {
         SamplerKind::Multinest => Box::new(MultiNest::new(MultiNestConfig {
             n_live_mode: N_LIVE_MODE,
             mode_dims,
@@ -299,12 +304,14 @@ fn sampler(config: &Config, settings: SamplerSettings) -> Result<Box<dyn Sampler
 
 /// Where a sampler is stopped. What the one search of a global run misses is never looked for
 /// again, so it has all the time it takes.
-fn most_evaluations(config: &Config, settings: SamplerSettings) -> Option<u64> {
-    let is_only_search = settings.search && config.is_global();
-    let per_live_point = match config.sampler {
-        SamplerKind::Multinest => MAX_EVAL_PER_LIVE_POINT,
-        SamplerKind::Slice => MAX_EVAL_PER_LIVE_POINT_SLICE,
+fn most_evaluations(config: &Config, kind: SamplerKind, settings: SamplerSettings) -> Option<u64> {
+    let is_search = settings.task == Task::Search;
+    let per_live_point = match kind {
+        SamplerKind::Slice => MAX_EVAL_SLICE,
+        SamplerKind::Multinest if is_search => MAX_EVAL_SEARCH,
+        SamplerKind::Multinest => MAX_EVAL_POSTERIOR,
     };
+    let is_only_search = is_search && config.is_global();
     (!is_only_search).then_some(per_live_point * settings.n_live as u64)
 }
 

@@ -17,15 +17,24 @@ const IN_FLIGHT: usize = 64;
 /// A sample of less weight than this, of a total of one, is not worth keeping.
 pub(super) const NO_WEIGHT: f64 = 1e-9;
 
+/// What a sampler is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Task {
+    /// To find the modes of a region.
+    Search,
+    /// To draw the posterior of a source, which is one piece.
+    Posterior,
+    /// The same, after a sampler for [`Task::Posterior`] made no headway: whatever shape it has.
+    AnyPosterior,
+}
+
 /// What a new sampler needs to know.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SamplerSettings {
     /// Live points.
     pub n_live: usize,
-    /// Is the region to be searched for modes, or is its posterior one piece?
-    pub search: bool,
-    /// Times that a stalled sampler is replaced, with twice the live points each time.
-    pub n_restart: u32,
+    /// What it is for.
+    pub task: Task,
     /// Seed of its random stream.
     pub seed: u64,
 }
@@ -173,16 +182,15 @@ impl Active {
 
     /// The sampler's points; none = finished.
     ///
-    /// A sampler that makes no headway is replaced as often as it may be, and then ends with what
-    /// it has.
+    /// A sampler that makes no headway is replaced if it draws a posterior, and else ends with what it
+    /// has.
     fn ask(&mut self, factory: &SamplerFactory<'_>) -> Result<Vec<f64>, SamplerError> {
         loop {
             let settings = &mut self.target.sampler;
             match self.sampler.ask() {
                 Ok(u) => return Ok(u.to_vec()),
-                Err(SamplerError::Stalled { .. }) if settings.n_restart > 0 => {
-                    settings.n_restart -= 1;
-                    settings.n_live *= 2;
+                Err(SamplerError::Stalled { .. }) if settings.task == Task::Posterior => {
+                    settings.task = Task::AnyPosterior;
                     self.sampler = factory(*settings)?;
                 }
                 Err(SamplerError::Stalled { .. }) => {

@@ -3,7 +3,7 @@
 use super::accept::{Cuts, accept};
 use super::certify::{Certificate, certify};
 use super::density::Census;
-use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore};
+use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, Task, explore};
 use super::joint::Joined;
 use super::leftover::Leftovers;
 use super::queue::{Queue, Search};
@@ -334,9 +334,8 @@ fn search_tiles(
         is_exact: false,
         sampler: SamplerSettings {
             n_live: settings.n_live,
-            search: true,
-            // What it has found by then is sampled again, and the tile screened again.
-            n_restart: 0,
+            // What it has found when it stalls is sampled again, and the tile screened again.
+            task: Task::Search,
             seed: stream_seed(settings.seed, [1, round as u64, search.tile.id as u64]),
         },
     };

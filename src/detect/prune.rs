@@ -7,7 +7,7 @@
 //! known to leave less (`leftover`) must fit the data, with its neighbour, better than that one alone
 //! by as much as a source at the cut does.
 
-use super::explore::{SamplerSettings, Target, explore};
+use super::explore::{SamplerSettings, Target, Task, explore};
 use super::pipeline::stream_seed;
 use super::refine::{CLOSE_BEAMS, Found, Refinement, means};
 use super::{Cuts, DetectError, Mode, Observer, Status};
@@ -90,8 +90,7 @@ impl Refinement<'_> {
             is_exact: false,
             sampler: SamplerSettings {
                 n_live: self.n_live_draft,
-                search: false,
-                n_restart: 1,
+                task: Task::Posterior,
                 seed: stream_seed(self.seed, [4, sources[i].origin as u64, j as u64]),
             },
         };

@@ -1,7 +1,7 @@
 //! Each source sampled anew with all others removed, until the sources stand still.
 
 use super::certify::choose;
-use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, explore};
+use super::explore::{Explored, SamplerFactory, SamplerSettings, Target, Task, explore};
 use super::pipeline::stream_seed;
 use super::{DetectError, Mode, Observer};
 use crate::dataset::{Dataset, Request};
@@ -214,8 +214,7 @@ impl Refinement<'_> {
                         Depth::Draft => self.n_live_draft,
                         Depth::Full | Depth::Exact => self.n_live,
                     },
-                    search: false,
-                    n_restart: u32::from(depth != Depth::Draft),
+                    task: Task::Posterior,
                     seed: stream_seed(seed, [i as u64, 0, 0]),
                 },
             };
@@ -223,10 +222,12 @@ impl Refinement<'_> {
             let old: Vec<Source> = group.iter().map(|&i| sources[i].mode.mean).collect();
             let mut note = |explored: Explored| {
                 let found = &mut sources[group[explored.index]];
-                found.mode = self.refined(&found.mode, &explored);
+                let before = found.mode.clone();
+                found.mode = self.refined(&before, &explored);
                 found.health = explored.health;
                 found.is_full = depth != Depth::Draft;
-                found.widening = if self.is_cut_off(&found.mode, &explored.region) {
+                let is_widest = explored.region == self.region(&before, f64::INFINITY);
+                found.widening = if self.is_cut_off(&found.mode, &explored.region) && !is_widest {
                     WIDER * found.widening
                 } else {
                     1.0
@@ -270,7 +271,14 @@ impl Refinement<'_> {
     pub(super) fn region(&self, mode: &Mode, widening: f64) -> Region {
         let least = self.beam_rad / mode.snr_peak().max(1.0);
         let half = widening * REGION_SIGMAS * mode.position_sigma_rad.max(least);
+        let half = half.min(self.widest(mode));
         Region::square(mode.mean.lm, 2.0 * half).clipped(self.field)
+    }
+
+    /// Half the side of the largest region of a source: in a larger one a faint source would share its
+    /// posterior with peaks of the noise, which would ask for a larger one still.
+    fn widest(&self, mode: &Mode) -> f64 {
+        CLOSE_BEAMS * self.beam_rad.hypot(mode.mean.scale_rad)
     }
 
     /// Does the posterior end at an edge of `region` that is none of the field? The source lay

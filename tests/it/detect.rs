@@ -8,7 +8,7 @@ use vis2cat::config::{Config, Engine, NoiseSource};
 use vis2cat::coords::{Lm, RaDec};
 use vis2cat::dataset::{Dataset, EngineOptions, OpenOptions, Request};
 use vis2cat::detect::{
-    Cuts, Detection, NoObserver, SamplerSettings, Settings, detect, field_of_view, tiles,
+    Cuts, Detection, NoObserver, SamplerSettings, Settings, Task, detect, field_of_view, tiles,
 };
 use vis2cat::prior::{MODE_DIMS, N_DIM};
 use vis2cat::rime::shape::Profile;
@@ -639,7 +639,7 @@ fn find(data: &mut Dataset) -> Detection {
     let beam_rad = data.info().beam_rad;
     let factory = |settings: SamplerSettings| -> Result<Box<dyn Sampler>, SamplerError> {
         Ok(Box::new(MultiNest::new(MultiNestConfig {
-            mode_dims: if settings.search {
+            mode_dims: if settings.task == Task::Search {
                 MODE_DIMS.to_vec()
             } else {
                 Vec::new()
