@@ -31,7 +31,7 @@ pub(super) struct Found {
     pub(super) origin: usize,
     /// Its posterior as it stands.
     pub(super) mode: Mode,
-    /// Some of its samples with their exact ln L in the data that they were drawn from; none as long
+    /// Some of its samples with their ln L, at a glimpse, in the data that they were drawn from; none as long
     /// as it was not sampled with the others removed.
     witnesses: Vec<(Source, f64)>,
     /// Its posterior is good enough for the catalogue, as long as nothing changes about it.
@@ -311,7 +311,7 @@ pub(super) fn means(sources: &[Found]) -> Vec<Source> {
     sources.iter().map(|found| found.mode.mean).collect()
 }
 
-/// Takes the exact ln L of some samples of the sources `group`, in the data that they were drawn
+/// Takes the ln L, by part of the visibilities, of some samples of the sources `group`, in the data that they were drawn
 /// from: with the `old` models of these sources among the removed.
 fn call_witnesses(
     dataset: &mut Dataset,
@@ -332,7 +332,7 @@ fn call_witnesses(
         .zip(old)
         .map(|(&i, old)| sources[i].witness_request(*old))
         .collect();
-    let xy = dataset.evaluate(&requests)?;
+    let xy = dataset.glimpse(&requests)?;
     for (&i, xy) in group.iter().zip(&xy) {
         for ((source, log_l), xy) in sources[i].witnesses.iter_mut().zip(xy) {
             *log_l = xy.log_l(source.flux_jy);
@@ -353,7 +353,7 @@ fn disturbed(
         .iter()
         .map(|found| found.witness_request(found.mode.mean))
         .collect();
-    let xy = dataset.evaluate(&requests)?;
+    let xy = dataset.glimpse(&requests)?;
     let is_disturbed = |&i: &usize| {
         let witnesses = sources[i].witnesses.iter().zip(&xy[i]);
         let change: Vec<f64> = witnesses

@@ -10,6 +10,7 @@ use vis2cat::dataset::{Dataset, EngineOptions, OpenOptions, Request};
 use vis2cat::detect::{
     Cuts, Detection, NoObserver, SamplerSettings, Settings, Task, detect, field_of_view, tiles,
 };
+use vis2cat::likelihood::Xy;
 use vis2cat::prior::{MODE_DIMS, N_DIM};
 use vis2cat::rime::shape::Profile;
 use vis2cat::rime::{InstrumentTerms, Source};
@@ -709,4 +710,50 @@ fn the_confusion_by_faint_sources_is_what_they_add_to_the_noise() {
     let xy = data.evaluate(&[request]).unwrap();
     let seen = xy[0].iter().map(|xy| xy.x * xy.x / xy.y).sum::<f64>() / n_point;
     assert!((predicted / seen - 1.0).abs() < 0.25, "{predicted} {seen}");
+}
+
+/// What a source does to the ln L of points beside it when it is removed, by a part of four million
+/// samples and by all of them.
+#[test]
+fn a_glimpse_sees_what_changes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("many.uvfits");
+    let command = format!(
+        "simulate {} --array meerkat --tint 120s --channels 8 --sources 1 --quiet",
+        path.display()
+    );
+    vis2cat_ok(command.split_whitespace());
+    let mut data = open(&path, 1e9);
+    assert!(data.info().n_sample > 3_500_000);
+    let field = field_of_view(60.0 * ARCSEC);
+    let prior = Config::default().prior.source_prior();
+    let point = |i: usize| prior.source(&field, &[0.1 * i as f64, 0.3, 0.5, 0.5, 0.4, 0.6]);
+    let points: Vec<Source> = (0..10).map(point).collect();
+    let neighbour = Source {
+        flux_jy: 1e-4,
+        ..prior.source(&field, &[0.5, 0.4, 0.5, 0.5, 0.6, 0.6])
+    };
+    let request = [Request {
+        points: points.clone(),
+        restored: Vec::new(),
+    }];
+    let log_l = |xy: Vec<Vec<Xy>>| -> Vec<f64> {
+        let each = points.iter().zip(&xy[0]);
+        each.map(|(point, xy)| xy.log_l(point.flux_jy)).collect()
+    };
+    let all = log_l(data.evaluate(&request).unwrap());
+    let some = log_l(data.glimpse(&request).unwrap());
+    data.set_removed(vec![neighbour]);
+    let all_then = log_l(data.evaluate(&request).unwrap());
+    let some_then = log_l(data.glimpse(&request).unwrap());
+    let change = |now: &[f64], then: &[f64]| -> Vec<f64> {
+        now.iter().zip(then).map(|(now, then)| now - then).collect()
+    };
+    let (all, some) = (change(&all, &all_then), change(&some, &some_then));
+    let largest = all.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    assert!(largest > 1.0, "{all:?}");
+    assert_ne!(all, some);
+    for (all, some) in all.iter().zip(&some) {
+        assert!((all - some).abs() < 0.05 * largest, "{all} {some}");
+    }
 }

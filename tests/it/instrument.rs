@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use vis2cat::catalogue::CataloguePaths;
 use vis2cat_formats::fits::read_table;
-use vis2cat_formats::{VisChunk, open};
+use vis2cat_formats::{UvfitsWriter, VisChunk, VisWriter, open};
 
 use crate::support::{errors, vis2cat, vis2cat_ok};
 
@@ -182,4 +182,40 @@ fn terms_that_cannot_be_are_refused() {
         assert_eq!(done.status.code(), Some(2), "{flags}");
         assert!(errors(&done).contains(what), "{}", errors(&done));
     }
+}
+
+/// A file that does not say how long its samples were averaged: smearing cannot be known, a beam can.
+#[test]
+fn only_smearing_needs_integration_times() {
+    let folder = tempfile::tempdir().unwrap();
+    let sky = "RA,DEC,Total_flux[mJy],Scale_length,E1,E2\n53.12,-30.03,8,4.0,0.1,0.0\n";
+    let made = folder.path().join("made.uvfits");
+    let data = simulated(sky, made, "--tint 1800s --channels 2 --beam meerkat");
+    let mut reader = open(&data).unwrap();
+    let timeless = folder.path().join("timeless.uvfits");
+    let mut writer = UvfitsWriter::create(&timeless, reader.observation(), false).unwrap();
+    let mut chunk = VisChunk::new(4096);
+    while reader.read_chunk(&mut chunk).unwrap() > 0 {
+        chunk.interval_s_r.fill(f64::NAN);
+        writer.write_chunk(&chunk).unwrap();
+    }
+    Box::new(writer).finish().unwrap();
+    let out = folder.path().join("out.fits");
+    let search = |flags: &str| {
+        let (data, out) = (timeless.display(), out.display());
+        let command = format!("{data} {out} --fov 5arcmin --flux 1mJy:60mJy --quiet {flags}");
+        vis2cat(command.split_whitespace())
+    };
+    let done = search("--smearing");
+    assert_eq!(done.status.code(), Some(3));
+    assert!(errors(&done).contains("no integration times, which --smearing needs"));
+    assert!(!out.exists());
+    let done = search("--beam meerkat");
+    assert!(done.status.success(), "{}", errors(&done));
+    let found = read_table(&out, Some("CATALOGUE")).unwrap();
+    let gain = found.numbers("PB_gain").unwrap();
+    assert!(
+        gain.len() == 1 && (0.98..1.0).contains(&gain[0]),
+        "{gain:?}"
+    );
 }

@@ -3,8 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use vis2cat::catalogue::CataloguePaths;
+use vis2cat_formats::VisChunk;
+use vis2cat_formats::fits::read_table;
+
 use crate::support::{
-    has_command, in_repository, python_with, searched, simulate, skipped, vis2cat_ok,
+    has_command, in_repository, python_with, search, searched, simulate, skipped, vis2cat_ok,
 };
 
 fn run(python: &str, script: &str, args: &[&Path]) {
@@ -129,4 +133,53 @@ fn a_truth_table_simulates_the_same_file_again() {
     );
     vis2cat_ok(command.split_whitespace());
     assert!(first == std::fs::read(again).unwrap());
+}
+
+/// One observation that pyuvdata wrote in three formats is the same visibilities, to the bit, and the same
+/// catalogue.
+#[test]
+fn the_catalogue_does_not_depend_on_the_format() {
+    if !cfg!(feature = "ms") {
+        return;
+    }
+    let (Some(python), Some(_)) = (python_with("pyuvdata"), python_with("casacore")) else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(
+        &python,
+        "scripts/write_formats.py",
+        &[&searched().data, folder],
+    );
+    let found = ["a.uvfits", "a.uvh5", "a.ms"].map(|name| {
+        let data = folder.join(name);
+        let mut reader = vis2cat_formats::open(&data).unwrap();
+        let mut rows = VisChunk::new(reader.observation().n_row as usize + 1);
+        reader.read_chunk(&mut rows).unwrap();
+        let paths = search(&data, &data.with_extension("fits"), &["--overwrite"]);
+        (rows, paths)
+    });
+    let [(rows, paths), others @ ..] = &found;
+    let table = |paths: &CataloguePaths, name| {
+        let path = if name == "POSTERIOR" {
+            &paths.posterior
+        } else {
+            &paths.catalogue
+        };
+        read_table(path, Some(name)).unwrap()
+    };
+    for (other_rows, other_paths) in others {
+        assert_eq!(other_rows.vis_jy_rfp, rows.vis_jy_rfp);
+        assert_eq!(other_rows.weight_rfp, rows.weight_rfp);
+        assert_eq!(other_rows.uvw_m_r, rows.uvw_m_r);
+        for name in ["CATALOGUE", "MODES", "POSTERIOR"] {
+            let (other, wanted) = (table(other_paths, name), table(paths, name));
+            for column in ["RA", "DEC", "Total_flux"] {
+                let wanted = wanted.numbers(column).unwrap();
+                assert!(wanted.len() > 2);
+                assert_eq!(other.numbers(column).unwrap(), wanted, "{name} {column}");
+            }
+        }
+    }
 }
