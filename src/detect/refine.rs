@@ -222,11 +222,10 @@ impl Refinement<'_> {
             let old: Vec<Source> = group.iter().map(|&i| sources[i].mode.mean).collect();
             let mut note = |explored: Explored| {
                 let found = &mut sources[group[explored.index]];
-                let before = found.mode.clone();
-                found.mode = self.refined(&before, &explored);
+                let is_widest = explored.region == self.region(&found.mode, f64::INFINITY);
+                found.mode = self.refined(&found.mode, &explored);
                 found.health = explored.health;
                 found.is_full = depth != Depth::Draft;
-                let is_widest = explored.region == self.region(&before, f64::INFINITY);
                 found.widening = if self.is_cut_off(&found.mode, &explored.region) && !is_widest {
                     WIDER * found.widening
                 } else {
