@@ -124,16 +124,10 @@ impl<T: hdf5::H5Type + Copy + Default> Cube<T> {
 
     /// Copies rows that are held into `out`, channel by channel.
     pub(super) fn copy(&self, rows: Range<usize>, out: &mut [T]) {
-        let (n_chan, n_corr) = (self.axes.n_chan, self.axes.n_corr);
         let rows = rows.start - self.held.start..rows.end - self.held.start;
         // All blocks of the same channels together, lest memory be gone through once for each.
         for blocks in self.blocks.chunk_by(|a, b| a.chans == b.chans) {
-            let chans = &blocks[0].chans;
-            let span = chans.start * n_corr..chans.end * n_corr;
-            let places = out.chunks_exact_mut(n_chan * n_corr);
-            for (row, place) in rows.clone().zip(places) {
-                weave(blocks, row, &mut place[span.clone()], n_corr);
-            }
+            weave(blocks, &rows, out, (self.axes.n_chan, self.axes.n_corr));
         }
     }
 
@@ -174,47 +168,113 @@ impl<T: hdf5::H5Type + Copy + Default> Cube<T> {
     }
 }
 
-impl<T> Block<T> {
-    fn row(&self, row: usize) -> &[T] {
+impl<T: Copy> Block<T> {
+    fn rows(&self, rows: &Range<usize>) -> &[T] {
         let per_row = self.chans.len() * self.corrs.len();
-        &self.values[row * per_row..(row + 1) * per_row]
+        &self.values[rows.start * per_row..rows.end * per_row]
     }
 }
 
-/// Puts together some channels of a row from blocks of some correlations each.
+/// Puts together some channels of rows from blocks of some correlations each.
 ///
-/// The usual cases are spelled out because copies of a few bytes are mostly calls.
-fn weave<T: Copy>(blocks: &[Block<T>], row: usize, out: &mut [T], n_corr: usize) {
+/// `out` has whole rows, of (channels, correlations). The usual cases are spelled out because copies
+/// of a few bytes are mostly calls.
+fn weave<T: Copy>(
+    blocks: &[Block<T>],
+    rows: &Range<usize>,
+    out: &mut [T],
+    (n_chan, n_corr): (usize, usize),
+) {
+    let chans = &blocks[0].chans;
+    let mut places = Places {
+        out,
+        stride: n_chan * n_corr,
+        span: chans.start * n_corr..chans.end * n_corr,
+    };
     match blocks {
-        [all] => out.copy_from_slice(all.row(row)),
-        [a, b] if n_corr == 2 => {
-            let parts = a.row(row).iter().zip(b.row(row));
-            for (place, (&a, &b)) in out.as_chunks_mut::<2>().0.iter_mut().zip(parts) {
-                *place = [a, b];
-            }
-        }
+        [all] => places.fill(all.rows(rows)),
+        [a, b] if n_corr == 2 => places.interleave([a, b].map(|block| block.rows(rows))),
         [a, b] if n_corr == 4 && a.corrs.len() == 2 => {
-            let (a, b) = (a.row(row).as_chunks::<2>().0, b.row(row).as_chunks::<2>().0);
-            for (place, (&[a, b], &[c, d])) in
-                out.as_chunks_mut::<4>().0.iter_mut().zip(a.iter().zip(b))
-            {
-                *place = [a, b, c, d];
-            }
+            let pairs = [a, b].map(|block| block.rows(rows).as_chunks::<2>().0);
+            places.pairs().interleave(pairs);
         }
         [a, b, c, d] if n_corr == 4 => {
-            let first = a.row(row).iter().zip(b.row(row));
-            let last = c.row(row).iter().zip(d.row(row));
-            let places = out.as_chunks_mut::<4>().0.iter_mut();
-            for (place, ((&a, &b), (&c, &d))) in places.zip(first.zip(last)) {
-                *place = [a, b, c, d];
-            }
+            places.interleave([a, b, c, d].map(|block| block.rows(rows)));
         }
         any => any.iter().for_each(|block| {
-            let values = block.row(row).chunks_exact(block.corrs.len());
-            for (place, values) in out.chunks_exact_mut(n_corr).zip(values) {
+            let values = block.rows(rows).chunks_exact(block.corrs.len());
+            for (place, values) in places
+                .rows()
+                .flat_map(|r| r.chunks_exact_mut(n_corr))
+                .zip(values)
+            {
                 place[block.corrs.clone()].copy_from_slice(values);
             }
         }),
+    }
+}
+
+/// Where some channels of each row go.
+struct Places<'a, T> {
+    out: &'a mut [T],
+    /// Values of a row.
+    stride: usize,
+    /// Which of them are meant.
+    span: Range<usize>,
+}
+
+impl<T: Copy> Places<'_, T> {
+    fn rows(&mut self) -> impl Iterator<Item = &mut [T]> {
+        let span = self.span.clone();
+        let rows = self.out.chunks_exact_mut(self.stride);
+        rows.map(move |row| &mut row[span.clone()])
+    }
+
+    /// `values` has the rows, one after the other.
+    fn fill(&mut self, values: &[T]) {
+        let per_row = self.span.len();
+        for (place, values) in self.rows().zip(values.chunks_exact(per_row)) {
+            place.copy_from_slice(values);
+        }
+    }
+
+    /// Each of `parts` has every `N`th value of the rows.
+    fn interleave<const N: usize>(&mut self, parts: [&[T]; N]) {
+        match self.span.len() / N {
+            1 => self.interleave_few::<N, 1>(parts),
+            2 => self.interleave_few::<N, 2>(parts),
+            4 => self.interleave_few::<N, 4>(parts),
+            n_chan => {
+                for (r, place) in self.rows().enumerate() {
+                    let parts = parts.map(|part| &part[r * n_chan..(r + 1) * n_chan]);
+                    for (f, place) in place.as_chunks_mut::<N>().0.iter_mut().enumerate() {
+                        *place = parts.map(|part| part[f]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The same where a row has so few values that a loop over them costs more than they do.
+    fn interleave_few<const N: usize, const C: usize>(&mut self, parts: [&[T]; N]) {
+        let parts = parts.map(|part| part.as_chunks::<C>().0);
+        for (r, place) in self.rows().enumerate() {
+            let parts = parts.map(|part| part[r]);
+            for (f, place) in place.as_chunks_mut::<N>().0.iter_mut().enumerate().take(C) {
+                *place = parts.map(|part| part[f]);
+            }
+        }
+    }
+}
+
+impl<T> Places<'_, T> {
+    /// The same places, for two values at a time.
+    fn pairs(&mut self) -> Places<'_, [T; 2]> {
+        Places {
+            out: self.out.as_chunks_mut::<2>().0,
+            stride: self.stride / 2,
+            span: self.span.start / 2..self.span.end / 2,
+        }
     }
 }
 
@@ -255,14 +315,17 @@ mod tests {
         }
     }
 
-    /// Blocks as a file of `n_corr` correlations has them in chunks of `per_block`, whose values
-    /// count up over (row, channel, correlation).
-    fn blocks(n_corr: usize, per_block: usize) -> Vec<Block<usize>> {
-        let (n_row, chans) = (3, 5..7);
+    /// Channels of the rows of which `blocks` has some.
+    const N_CHAN: usize = 8;
+
+    /// Blocks of channels 2 to `2 + n` as a file of `n_corr` correlations has them in chunks of
+    /// `per_block`, whose values count up over (row, channel, correlation).
+    fn blocks(n_chan: usize, n_corr: usize, per_block: usize) -> Vec<Block<usize>> {
+        let (n_row, chans) = (3, 2..2 + n_chan);
         let block = |corrs: Range<usize>| {
             let mut values = Vec::new();
-            for (row, chan) in (0..n_row).flat_map(|r| (0..2).map(move |f| (r, f))) {
-                values.extend(corrs.clone().map(|p| (row * 2 + chan) * n_corr + p));
+            for (row, chan) in (0..n_row).flat_map(|r| chans.clone().map(move |f| (r, f))) {
+                values.extend(corrs.clone().map(|p| (row * N_CHAN + chan) * n_corr + p));
             }
             Block {
                 chans: chans.clone(),
@@ -289,11 +352,20 @@ mod tests {
             (4, 3),
             (4, 4),
         ] {
-            let blocks = blocks(n_corr, per_block);
-            let mut out = vec![0; 2 * n_corr];
-            weave(&blocks, 1, &mut out, n_corr);
-            let wanted: Vec<usize> = (2 * n_corr..4 * n_corr).collect();
-            assert_eq!(out, wanted, "{n_corr} in blocks of {per_block}");
+            for n_chan in 1..=5 {
+                let blocks = blocks(n_chan, n_corr, per_block);
+                let mut out = vec![usize::MAX; 2 * N_CHAN * n_corr];
+                weave(&blocks, &(1..3), &mut out, (N_CHAN, n_corr));
+                for (i, &value) in out.iter().enumerate() {
+                    let held = (2..2 + n_chan).contains(&(i / n_corr % N_CHAN));
+                    let wanted = if held {
+                        N_CHAN * n_corr + i
+                    } else {
+                        usize::MAX
+                    };
+                    assert_eq!(value, wanted, "{n_chan}, {n_corr} in blocks of {per_block}");
+                }
+            }
         }
     }
 
