@@ -111,34 +111,16 @@ impl Layout {
 
     /// Appends the visibilities of a group; returns how many were not finite though not flagged.
     pub(super) fn append_data(&self, group: &[u8], chunk: &mut VisChunk) -> u64 {
-        let start = chunk.vis_jy_rfp.len();
-        let end = start + chunk.values_per_row();
-        chunk.vis_jy_rfp.resize(end, Complex::default());
-        chunk.weight_rfp.resize(end, 0.0);
-        chunk.flag_rfp.resize(end, true);
-        let samples = chunk.vis_jy_rfp[start..]
-            .iter_mut()
-            .zip(&mut chunk.weight_rfp[start..])
-            .zip(&mut chunk.flag_rfp[start..]);
-        let mut n_odd = 0;
         if self.plain {
+            let n_value = chunk.values_per_row();
             let data = &group[self.n_param * size_of::<f32>()..];
-            for (((vis, weight), flag), cell) in samples.zip(data.as_chunks::<12>().0) {
-                let (parts, _) = cell.as_chunks::<4>();
-                let [re, im, w] = [0, 1, 2].map(|i| f32::from_be_bytes(parts[i]));
-                let odd;
-                (*vis, *weight, *flag, odd) = settle(re, im, w);
-                n_odd += u64::from(odd);
+            let cells = &data.as_chunks().0[..n_value];
+            if append_finite(cells, chunk) {
+                return 0;
             }
-            return n_odd;
+            return append_settled(cells.iter().map(numbers), chunk);
         }
-        for (((vis, weight), flag), at) in samples.zip(self.places()) {
-            let odd;
-            let [re, im, w] = self.sample(group, at);
-            (*vis, *weight, *flag, odd) = settle(re, im, w);
-            n_odd += u64::from(odd);
-        }
-        n_odd
+        append_settled(self.places().map(|at| self.sample(group, at)), chunk)
     }
 
     /// Where the samples start, in the order of a chunk: IF, channel, correlation.
@@ -170,6 +152,41 @@ impl Layout {
             }
         })
     }
+}
+
+/// Real part, imaginary part and weight.
+fn numbers(cell: &[u8; 12]) -> [f32; 3] {
+    let parts = cell.as_chunks::<4>().0;
+    [0, 1, 2].map(|i| f32::from_be_bytes(parts[i]))
+}
+
+/// Appends samples, if all are finite: what [`settle`] comes to then, in loops that the compiler makes
+/// many at a time of. Returns whether they were.
+fn append_finite(cells: &[[u8; 12]], chunk: &mut VisChunk) -> bool {
+    let all_finite = cells.iter().fold(true, |all, cell| {
+        let [re, im, weight] = numbers(cell);
+        all & re.is_finite() & im.is_finite() & weight.is_finite()
+    });
+    if all_finite {
+        let samples = || cells.iter().map(numbers);
+        (chunk.vis_jy_rfp).extend(samples().map(|[re, im, _]| Complex::new(re, im)));
+        (chunk.weight_rfp).extend(samples().map(|[_, _, w]| if w > 0.0 { w } else { 0.0 }));
+        (chunk.flag_rfp).extend(samples().map(|[_, _, w]| w <= 0.0));
+    }
+    all_finite
+}
+
+/// Appends samples of any kind; returns how many were not finite though not flagged.
+fn append_settled(samples: impl Iterator<Item = [f32; 3]>, chunk: &mut VisChunk) -> u64 {
+    let mut n_odd = 0;
+    for [re, im, signed] in samples {
+        let (vis, weight, flag, odd) = settle(re, im, signed);
+        chunk.vis_jy_rfp.push(vis);
+        chunk.weight_rfp.push(weight);
+        chunk.flag_rfp.push(flag);
+        n_odd += u64::from(odd);
+    }
+    n_odd
 }
 
 /// Whether the axes run COMPLEX (3), STOKES, FREQ, IF as nearly all writers have them.

@@ -11,6 +11,8 @@ use crate::ReadError;
 
 /// Windows that are looked at before nsamples are given up.
 const MAX_WINDOWS: usize = 8;
+/// Rows of each that are looked at.
+const MAX_WINDOW_ROWS: usize = 1 << 10;
 
 /// Whether nsamples can be weights: some sample that is not flagged has a positive one, in any of a
 /// few places of the file, or all that was looked at is flagged.
@@ -26,7 +28,7 @@ pub(super) fn are_weights(
     for window in 0..n_window {
         let first = (axes.n_row as u128 * window as u128 / n_window as u128) as usize;
         let n = (flags.load(first..axes.n_row)?).min(nsamples.load(first..axes.n_row)?);
-        for row in first..first + n {
+        for row in (first..first + n).step_by(n.div_ceil(MAX_WINDOW_ROWS)) {
             flags.copy(row..row + 1, &mut bad);
             nsamples.copy(row..row + 1, &mut sizes);
             for (_, &nsample) in bad.iter().zip(&sizes).filter(|(flag, _)| **flag == 0) {
