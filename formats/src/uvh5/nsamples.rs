@@ -10,7 +10,7 @@ use super::cube::Cube;
 use crate::ReadError;
 
 /// Windows that are looked at before nsamples are given up.
-const MAX_WINDOWS: usize = 8;
+const MAX_WINDOWS: usize = 4;
 /// Rows of each that are looked at.
 const MAX_WINDOW_ROWS: usize = 1 << 10;
 
