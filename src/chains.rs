@@ -25,13 +25,13 @@ use vis2cat_formats::{PendingFile, WriteError};
 
 use crate::catalogue::{Estimate, PosteriorRow, SourceRow, WeightedSample, equal_weight};
 use crate::config::Config;
-use crate::rime::Source;
+use crate::rime::{Source, SpectralIndex};
 use crate::units::{ARCSEC, MICROJY};
 
 /// Name, label in LaTeX, value of a parameter.
 type Parameter = (&'static str, &'static str, fn(&Source) -> f64);
 
-const PARAMETERS: [Parameter; 6] = [
+const PARAMETERS: [Parameter; 7] = [
     ("l_arcsec", r"l\,[\mathrm{arcsec}]", |s| s.lm.l / ARCSEC),
     ("m_arcsec", r"m\,[\mathrm{arcsec}]", |s| s.lm.m / ARCSEC),
     ("flux_ujy", r"S\,[\mu\mathrm{Jy}]", |s| s.flux_jy / MICROJY),
@@ -40,7 +40,13 @@ const PARAMETERS: [Parameter; 6] = [
     }),
     ("e1", "e_1", |s| s.e.e1),
     ("e2", "e_2", |s| s.e.e2),
+    ("spectral_index", r"\beta", |s| s.tilt),
 ];
+
+/// Those of the run.
+fn parameters(config: &Config) -> &'static [Parameter] {
+    &PARAMETERS[..config.source_prior().n_dim()]
+}
 
 /// Nothing if chains may be written into `folder`: to be asked before a long run.
 ///
@@ -135,33 +141,38 @@ fn files(
     source: &SourceRow,
     samples: &[PosteriorRow],
 ) -> impl Iterator<Item = (&'static str, String)> {
+    let parameters = parameters(config);
     let chain = |factor: f64| -> String {
-        let line = |s: &PosteriorRow| line(&[s.weight, -factor * s.log_l], &s.source, &[]);
+        let line =
+            |s: &PosteriorRow| line(parameters, &[s.weight, -factor * s.log_l], &s.source, &[]);
         samples.iter().map(line).collect()
     };
     let multinest = chain(2.0);
     let texts = [
         chain(1.0),
-        names(),
+        names(parameters),
         ranges(config),
         multinest.clone(),
         format!("\n\n{multinest}"),
-        equal_weights(samples),
-        stats(&source.log_z, samples),
+        equal_weights(parameters, samples),
+        stats(parameters, &source.log_z, samples),
     ];
     ENDS.into_iter().zip(texts)
 }
 
-fn line(before: &[f64], source: &Source, after: &[f64]) -> String {
-    let values = PARAMETERS.map(|(_, _, value)| value(source));
+fn line(parameters: &[Parameter], before: &[f64], source: &Source, after: &[f64]) -> String {
+    let values: Vec<f64> = parameters
+        .iter()
+        .map(|(_, _, value)| value(source))
+        .collect();
     let numbers = before.iter().chain(&values).chain(after);
     let numbers = numbers.map(|number| format!("{number:24.16e}"));
     numbers.collect::<Vec<_>>().join(" ") + "\n"
 }
 
-fn names() -> String {
-    let line = |(name, label, _): Parameter| format!("{name} {label}\n");
-    PARAMETERS.map(line).concat()
+fn names(parameters: &[Parameter]) -> String {
+    let line = |(name, label, _): &Parameter| format!("{name} {label}\n");
+    parameters.iter().map(line).collect()
 }
 
 /// The ranges of the prior.
@@ -171,13 +182,16 @@ fn ranges(config: &Config) -> String {
     let scale = [prior.scale.low.0, prior.scale.high.0].map(|scale| scale / ARCSEC);
     let e = [-prior.e_max, prior.e_max];
     let field = [-half, half];
-    let all = PARAMETERS.iter().zip([field, field, flux, scale, e, e]);
+    let index = config.spectral_index.map_or([0.0; 2], SpectralIndex::ends);
+    let all = parameters(config)
+        .iter()
+        .zip([field, field, flux, scale, e, e, index]);
     let lines = all.map(|((name, _, _), [low, high])| format!("{name} {low:.16e} {high:.16e}\n"));
     lines.collect::<Vec<_>>().concat()
 }
 
 /// As many draws as there are effective samples.
-fn equal_weights(samples: &[PosteriorRow]) -> String {
+fn equal_weights(parameters: &[Parameter], samples: &[PosteriorRow]) -> String {
     let n_eff = 1.0 / samples.iter().map(|s| s.weight * s.weight).sum::<f64>();
     let weighted: Vec<WeightedSample> = samples
         .iter()
@@ -190,12 +204,12 @@ fn equal_weights(samples: &[PosteriorRow]) -> String {
     let drawn = equal_weight(&weighted, n_eff as usize, 0.5);
     drawn
         .iter()
-        .map(|s| line(&[], &s.source, &[s.log_l]))
+        .map(|s| line(parameters, &[], &s.source, &[s.log_l]))
         .collect()
 }
 
 /// MultiNest's summary, with one mode. Its "MAP" is the sample of highest weight.
-fn stats(log_z: &Estimate, samples: &[PosteriorRow]) -> String {
+fn stats(parameters: &[Parameter], log_z: &Estimate, samples: &[PosteriorRow]) -> String {
     let evidence = format!("{:24.16e}  +/-  {:24.16e}", log_z.mean, log_z.err);
     let mut text = format!(
         "Nested Sampling Global Log-Evidence           :  {evidence}\n\n\
@@ -205,7 +219,7 @@ fn stats(log_z: &Estimate, samples: &[PosteriorRow]) -> String {
          Local Log-Evidence  {evidence}\n\n\
          Dim No.       Mean        Sigma\n"
     );
-    for (i, (_, _, value)) in PARAMETERS.iter().enumerate() {
+    for (i, (_, _, value)) in parameters.iter().enumerate() {
         let mean: f64 = samples.iter().map(|s| s.weight * value(&s.source)).sum();
         let square = |s: &PosteriorRow| s.weight * (value(&s.source) - mean).powi(2);
         let sigma = samples.iter().map(square).sum::<f64>().sqrt();
@@ -218,8 +232,10 @@ fn stats(log_z: &Estimate, samples: &[PosteriorRow]) -> String {
         ("MAP", by(|s| s.weight)),
     ] {
         let _ = write!(text, "\n{title} Parameters\nDim No.        Parameter\n");
-        let values = best.map(|s| PARAMETERS.map(|(_, _, value)| value(&s.source)));
-        for (i, value) in values.iter().flatten().enumerate() {
+        let values = best
+            .iter()
+            .flat_map(|s| parameters.iter().map(|(_, _, value)| value(&s.source)));
+        for (i, value) in values.enumerate() {
             let _ = writeln!(text, "{:4} {value:24.16e}", i + 1);
         }
     }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::prior::{EllipticityPrior, FluxPrior, ScalePrior, ScaleRelation, SourcePrior};
 use crate::rime::shape::Profile;
-use crate::rime::{Beam, InstrumentTerms};
+use crate::rime::{Beam, InstrumentTerms, SpectralIndex};
 use crate::units::{ARCSEC, Angle, Flux, Memory, Range, UnitError};
 
 /// Live points of a tile, and of the paper's single global run.
@@ -82,8 +82,9 @@ pub struct Config {
     pub smearing: bool,
     /// Primary beam; none = flux densities are apparent ones.
     pub beam: Option<Beam>,
-    /// Spectral index of all sources; none = the same flux density in all channels.
-    pub spectral_index: Option<f64>,
+    /// Spectral index of all sources, or the range of it where it is free; none = the same flux density
+    /// in all channels.
+    pub spectral_index: Option<SpectralIndex>,
     /// Re-sample each source with all others removed, until nothing new is found.
     pub refine: bool,
     /// Seed of every random stream.
@@ -285,7 +286,9 @@ impl Default for PriorConfig {
 
 impl PriorConfig {
     /// The prior that these constants describe.
-    pub fn source_prior(&self) -> SourcePrior {
+    ///
+    /// `spectral_index` is what is known of spectral indices.
+    pub fn source_prior(&self, spectral_index: Option<SpectralIndex>) -> SourcePrior {
         let (intercept, slope) = match self.scale_relation {
             ScaleRelation::FluxDependent => (self.scale_intercept, self.scale_slope),
             ScaleRelation::Paper => (self.scale_mean_log, 0.0),
@@ -304,6 +307,9 @@ impl PriorConfig {
                 slope,
             },
             ellipticity: EllipticityPrior::new(self.e_max, self.e_0, self.e_a),
+            tilt: spectral_index
+                .filter(|index| index.is_free())
+                .map(SpectralIndex::half_width),
         }
     }
 
@@ -414,13 +420,6 @@ impl Config {
             self.memory.0 >= 16e6,
             "must be at least 16MB",
         )?;
-        let index = self.spectral_index.unwrap_or(0.0);
-        require(
-            "spectral-index",
-            index,
-            index.abs() <= 10.0,
-            "must lie between -10 and 10",
-        )?;
         let n_live = self.n_live.unwrap_or(N_LIVE_TILE);
         require(
             "n-live",
@@ -448,6 +447,11 @@ impl Config {
             Tiling::Auto => {}
         }
         self.prior.check()
+    }
+
+    /// The prior of one source.
+    pub fn source_prior(&self) -> SourcePrior {
+        self.prior.source_prior(self.spectral_index)
     }
 
     /// The terms of the instrument.

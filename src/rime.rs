@@ -14,5 +14,5 @@ pub use beam::{Beam, BeamError};
 pub use instrument::{Extent, Instrument, InstrumentTerms};
 pub use predict::{phase_turns, predict};
 pub use smearing::{EARTH_RAD_PER_S, Smearing, pole_of, sinc};
-pub use source::Source;
-pub use spectrum::Spectrum;
+pub use source::{Ray, Source};
+pub use spectrum::{SpectralIndex, SpectralIndexError, Spectrum};

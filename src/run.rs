@@ -17,7 +17,7 @@ use crate::detect::{
     side_for_basin, tiles,
 };
 use crate::likelihood::Isa;
-use crate::prior::{MODE_DIMS, N_DIM};
+use crate::prior::MODE_DIMS;
 use crate::sampler::{MultiNest, MultiNestConfig, Sampler, SamplerError, Slice, SliceConfig};
 use crate::simulate::SimulateError;
 use crate::units::ARCSEC;
@@ -147,7 +147,7 @@ pub fn run(
         beam_rad,
         is_global: config.is_global(),
         screening: config.screening && !config.is_global(),
-        prior: config.prior.source_prior(),
+        prior: config.source_prior(),
         cuts: Cuts {
             snr: config.snr_cut,
             flux_jy: config.flux_cut.map(|flux| flux.0),
@@ -206,7 +206,7 @@ fn open(
     config: &Config,
     observer: &mut dyn Observer,
 ) -> Result<Dataset, DatasetError> {
-    let prior = config.prior.source_prior();
+    let prior = config.source_prior();
     let options = OpenOptions {
         read: ReadOptions {
             data_column: config.data_column.clone(),
@@ -226,6 +226,7 @@ fn open(
             engine: config.engine,
             farthest: config.fov.0 * std::f64::consts::FRAC_1_SQRT_2,
             longest_axis_rad: prior.scale.high_rad / (1.0 - config.prior.e_max),
+            most_tilt: prior.tilt.unwrap_or(0.0),
         },
     };
     let mut n_row_known = 0;
@@ -270,7 +271,12 @@ fn n_tile(config: &Config, beam_rad: f64) -> usize {
 fn sampler(config: &Config, settings: SamplerSettings) -> Result<Box<dyn Sampler>, SamplerError> {
     // Modes are only to be seen here; each source is sampled again by itself.
     const N_LIVE_MODE: usize = 4;
-    let SamplerSettings { n_live, seed, .. } = settings;
+    let SamplerSettings {
+        n_dim,
+        n_live,
+        seed,
+        ..
+    } = settings;
     let mode_dims = match settings.task {
         Task::Search => MODE_DIMS.to_vec(),
         Task::Posterior | Task::AnyPosterior => Vec::new(),
@@ -289,7 +295,7 @@ fn sampler(config: &Config, settings: SamplerSettings) -> Result<Box<dyn Sampler
             tolerance,
             max_eval,
             seed,
-            ..MultiNestConfig::new(N_DIM, n_live)
+            ..MultiNestConfig::new(n_dim, n_live)
         })?),
         SamplerKind::Slice => Box::new(Slice::new(SliceConfig {
             n_live_mode: N_LIVE_MODE,
@@ -297,7 +303,7 @@ fn sampler(config: &Config, settings: SamplerSettings) -> Result<Box<dyn Sampler
             tolerance,
             max_eval,
             seed,
-            ..SliceConfig::new(N_DIM, n_live)
+            ..SliceConfig::new(n_dim, n_live)
         })?),
     })
 }

@@ -28,6 +28,8 @@ pub struct CatalogueHeader {
     pub seed: u64,
     /// A primary beam was applied: there are `App_flux` and `PB_gain`.
     pub has_beam: bool,
+    /// Spectral indices were free: there are columns of them.
+    pub has_spectral_index: bool,
     /// Ranges of the priors.
     pub priors: Vec<PriorRange>,
     /// The configuration in full, one line each.

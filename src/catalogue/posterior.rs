@@ -55,6 +55,8 @@ pub struct Summary {
     pub min_rad: Estimate,
     /// Position angle, north through east [rad] in [0, π): the circular mean; NaN for circles.
     pub pa_rad: Estimate,
+    /// Spectral index.
+    pub spectral_index: Estimate,
     /// Effective number of samples, (Σ w)² / Σ w².
     pub n_eff: f64,
 }
@@ -118,6 +120,7 @@ pub fn summarise(samples: &[WeightedSample], centre: RaDec, profile: Profile) ->
         maj_rad: weights.estimate(ellipses.iter().map(|e| e.maj_rad)),
         min_rad: weights.estimate(ellipses.iter().map(|e| e.min_rad)),
         pa_rad: circular_axis(&weights, &ellipses.iter().map(|e| e.pa_rad)),
+        spectral_index: estimate(&|s| s.tilt),
         n_eff: weights.n_eff(),
     })
 }
@@ -177,6 +180,7 @@ mod tests {
             flux_jy,
             scale_rad: ARCSEC,
             e: Ellipticity { e1: 0.1, e2: 0.2 },
+            tilt: 0.0,
         };
         WeightedSample {
             log_w,

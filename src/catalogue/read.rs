@@ -54,6 +54,8 @@ pub struct FoundRow {
     pub e1: Estimate,
     /// Ellipticity along the diagonal.
     pub e2: Estimate,
+    /// Spectral index.
+    pub spectral_index: Estimate,
     /// Signal-to-noise ratio in the visibilities, S sqrt(Y).
     pub snr: f64,
     /// Matched-filter signal-to-noise ratio at the best sample.
@@ -138,6 +140,7 @@ fn rows(table: &ListTable) -> Result<Vec<FoundRow>, ReadError> {
         number("E2")?,
         number("E_E2")?,
     ];
+    let (index, e_index) = (number("Spectral_index")?, number("E_Spectral_index")?);
     let (snr, snr_peak, p_source) = (number("SNR")?, number("SNR_peak")?, number("P_source")?);
     let estimate = |mean: &[f64], err: &[f64], i: usize| Estimate {
         mean: mean[i],
@@ -154,6 +157,7 @@ fn rows(table: &ListTable) -> Result<Vec<FoundRow>, ReadError> {
         scale_rad: estimate(&scale_rad, &e_scale_rad, i),
         e1: estimate(&e1, &e_e1, i),
         e2: estimate(&e2, &e_e2, i),
+        spectral_index: estimate(&index, &e_index, i),
         snr: snr[i],
         snr_peak: snr_peak[i],
         p_source: p_source[i],

@@ -6,7 +6,7 @@ use vis2cat_formats::fits::{Keyword, TableSpec, write_tables};
 use vis2cat_formats::{ReadError, WriteError};
 
 use super::band::ucd_band;
-use super::columns::{TRUTH, build};
+use super::columns::{TRUTH, build, is_of_spectrum};
 use super::header::minimal;
 use super::list::{ListTable, Unit, malformed};
 use crate::coords::RaDec;
@@ -23,11 +23,14 @@ pub struct CatalogueSource {
     pub scale_rad: f64,
     /// Ellipticity.
     pub e: Ellipticity,
+    /// Spectral index; NaN if not known.
+    pub spectral_index: f64,
     /// Signal-to-noise ratio in the visibilities, S sqrt(Y); NaN if not known.
     pub snr: f64,
 }
 
-/// Writes `sources` as the table `TRUTH`: RA, DEC, Total_flux, Scale_length, E1, E2, SNR.
+/// Writes `sources` as the table `TRUTH`: RA, DEC, Total_flux, Spectral_index where one is known,
+/// Scale_length, E1, E2, SNR.
 ///
 /// # Errors
 /// The file exists and `overwrite` is false, or it cannot be written.
@@ -41,9 +44,12 @@ pub fn write_truth(
     cards
         .keywords
         .push(Keyword::new("RADESYS", "ICRS", "frame of all positions"));
+    let mut columns = build(TRUTH, sources, ucd_band(ref_freq_hz));
+    let has_index = sources.iter().any(|s| s.spectral_index.is_finite());
+    columns.retain(|column| has_index || !is_of_spectrum(&column.name));
     let table = TableSpec {
         extname: "TRUTH".to_owned(),
-        columns: build(TRUTH, sources, ucd_band(ref_freq_hz)),
+        columns,
         cards: cards.clone(),
     };
     write_tables(path, overwrite, &cards, &[table])
@@ -68,6 +74,7 @@ pub struct SourceList {
 /// | `Total_flux` or `flux` | uJy (also Jy, mJy, nJy) |
 /// | `Scale_length`: 0 if there is none | arcsec (also deg, rad, arcmin, mas) |
 /// | `E1`, `E2`: 0 if there are none | |
+/// | `Spectral_index`: NaN if there is none | |
 /// | `SNR`: NaN if there is none | |
 ///
 /// The unit is that of `TUNITn`, or in CSV follows the name: `Total_flux[mJy]`.
@@ -102,6 +109,7 @@ struct Columns {
     scale_rad: Vec<f64>,
     e1: Vec<f64>,
     e2: Vec<f64>,
+    spectral_index: Vec<f64>,
     snr: Vec<f64>,
 }
 
@@ -114,6 +122,7 @@ impl Columns {
             scale_rad: table.column_or("Scale_length", Unit::angle("arcsec"), 0.0)?,
             e1: table.column_or("E1", Unit::NONE, 0.0)?,
             e2: table.column_or("E2", Unit::NONE, 0.0)?,
+            spectral_index: table.column_or("Spectral_index", Unit::NONE, f64::NAN)?,
             snr: table.column_or("SNR", Unit::NONE, f64::NAN)?,
         })
     }
@@ -130,6 +139,7 @@ impl Columns {
                 e1: self.e1[row],
                 e2: self.e2[row],
             },
+            spectral_index: self.spectral_index[row],
             snr: self.snr[row],
         };
         match fault(&source) {

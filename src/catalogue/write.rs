@@ -6,7 +6,7 @@ use vis2cat_formats::WriteError;
 use vis2cat_formats::fits::{Cards, Column, TableSpec, prepare_tables, refuse_existing};
 
 use super::band::ucd_band;
-use super::columns::{CATALOGUE, MODES, POSTERIOR, RUN, build, is_of_beam};
+use super::columns::{CATALOGUE, MODES, POSTERIOR, RUN, build, is_of_beam, is_of_spectrum};
 use super::header::{CatalogueHeader, minimal};
 use super::row::{ModeRow, PosteriorRow, RunEntry, SourceRow};
 
@@ -67,8 +67,12 @@ pub fn write(
     }
     paths.refuse_existing(overwrite)?;
     let band = ucd_band(header.ref_freq_hz);
+    let is_there = |column: &Column| {
+        (header.has_beam || !is_of_beam(&column.name))
+            && (header.has_spectral_index || !is_of_spectrum(&column.name))
+    };
     let mut columns = build(CATALOGUE, sources, band);
-    columns.retain(|column| header.has_beam || !is_of_beam(&column.name));
+    columns.retain(is_there);
     let tables = [
         table("CATALOGUE", columns, header.catalogue()),
         table("MODES", build(MODES, modes, band), header.table()),
@@ -76,11 +80,9 @@ pub fn write(
     ];
     let catalogue = prepare_tables(&paths.catalogue, overwrite, &header.primary(), &tables)?;
     drop(tables);
-    let samples = [table(
-        "POSTERIOR",
-        build(POSTERIOR, posterior, band),
-        header.table(),
-    )];
+    let mut columns = build(POSTERIOR, posterior, band);
+    columns.retain(is_there);
+    let samples = [table("POSTERIOR", columns, header.table())];
     let posterior = prepare_tables(&paths.posterior, overwrite, &header.primary(), &samples)?;
     posterior.commit()?;
     catalogue.commit().inspect_err(|_| {

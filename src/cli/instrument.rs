@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use crate::rime::{Beam, BeamError, InstrumentTerms};
+use crate::rime::{Beam, BeamError, InstrumentTerms, SpectralIndex};
 
 /// Terms of the instrument, each off unless it is asked for.
 #[derive(Debug, Clone, Copy, Default, Args)]
@@ -14,8 +14,8 @@ pub(super) struct InstrumentArgs {
     /// densities are then those outside the beam [default: none]
     #[arg(long, value_name = "BEAM")]
     pub(super) beam: Option<BeamChoice>,
-    /// Spectral index of all sources; flux densities are then those in the middle of the band [no value:
-    /// -0.7] [default: the same in all channels]
+    /// Spectral index of all sources; free (-1.7:0.3) or =LOW:HIGH if each has its own; flux densities are then
+    /// those in the middle of the band [no value: -0.7] [default: the same in all channels]
     #[arg(
         long,
         value_name = "INDEX",
@@ -23,7 +23,7 @@ pub(super) struct InstrumentArgs {
         default_missing_value = "-0.7",
         allow_negative_numbers = true
     )]
-    pub(super) spectral_index: Option<f64>,
+    pub(super) spectral_index: Option<SpectralIndex>,
 }
 
 /// A beam, or none.

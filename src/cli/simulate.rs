@@ -14,8 +14,7 @@ use crate::catalogue::{CatalogueSource, read_sources, write_truth};
 use crate::config::PriorConfig;
 use crate::coords::RaDec;
 use crate::detect::{Observer, field_of_view};
-use crate::prior::N_DIM;
-use crate::rime::Source;
+use crate::rime::{InstrumentTerms, Source, SpectralIndex};
 use crate::run::RunError;
 use crate::simulate::{Array, SimulateConfig, SimulationSummary, parse_utc, simulate};
 use crate::units::{Angle, Duration, Flux, Frequency, Range};
@@ -136,7 +135,7 @@ impl SimulateArgs {
         }
     }
 
-    fn config(&self) -> Result<SimulateConfig, RunError> {
+    fn config(&self, instrument: InstrumentTerms) -> Result<SimulateConfig, RunError> {
         Ok(SimulateConfig {
             array: Array::find(&self.array)?,
             centre: self.centre(),
@@ -149,47 +148,74 @@ impl SimulateArgs {
             corrs: self.hands.corrs(),
             sefd_jy: self.sefd.map(|sefd| sefd.0),
             noise: !self.no_noise,
-            instrument: self.instrument.terms(),
+            instrument,
             seed: self.seed,
             ut1_utc_s: self.ut1_utc.map(|t| t.0),
             ..SimulateConfig::default()
         })
     }
 
-    fn population(&self) -> Result<Vec<Source>, RunError> {
-        if let Some(path) = &self.catalogue {
-            let centre = self.centre();
-            let source = |s: &CatalogueSource| Source {
-                lm: s.position.to_lm(centre),
-                flux_jy: s.flux_jy,
-                scale_rad: s.scale_rad,
-                e: s.e,
-            };
-            return Ok(read_sources(path)?.iter().map(source).collect());
+    /// The sources, and how they are seen.
+    fn sky(&self) -> Result<(Vec<Source>, InstrumentTerms), RunError> {
+        let terms = self.instrument.terms();
+        match &self.catalogue {
+            Some(path) => Ok(self.listed(&read_sources(path)?, terms)),
+            None => Ok((self.drawn(), terms)),
         }
+    }
+
+    /// Those of a table; its spectral indices are used if it has any.
+    fn listed(
+        &self,
+        list: &[CatalogueSource],
+        terms: InstrumentTerms,
+    ) -> (Vec<Source>, InstrumentTerms) {
+        let has_index = list.iter().any(|s| s.spectral_index.is_finite());
+        let flat = has_index.then_some(SpectralIndex::FLAT);
+        let spectral_index = terms.spectral_index.or(flat);
+        let middle = spectral_index.map_or(0.0, SpectralIndex::middle);
+        let centre = self.centre();
+        let source = |s: &CatalogueSource| Source {
+            lm: s.position.to_lm(centre),
+            flux_jy: s.flux_jy,
+            scale_rad: s.scale_rad,
+            e: s.e,
+            tilt: if s.spectral_index.is_finite() {
+                s.spectral_index - middle
+            } else {
+                0.0
+            },
+        };
+        let terms = InstrumentTerms {
+            spectral_index,
+            ..terms
+        };
+        (list.iter().map(source).collect(), terms)
+    }
+
+    /// Those drawn from the prior.
+    fn drawn(&self) -> Vec<Source> {
         let prior = PriorConfig {
             flux: self.flux,
             ..PriorConfig::default()
         }
-        .source_prior();
+        .source_prior(self.instrument.spectral_index);
         let field = field_of_view(self.fov.0);
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         // A stream of its own: the noise has the others.
         rng.set_stream(u64::MAX);
         let draw = |_| {
-            prior.source(
-                &field,
-                &std::array::from_fn::<f64, N_DIM, _>(|_| rng.random()),
-            )
+            let u: Vec<f64> = (0..prior.n_dim()).map(|_| rng.random()).collect();
+            prior.source(&field, &u)
         };
-        Ok((0..self.sources.unwrap_or(0)).map(draw).collect())
+        (0..self.sources.unwrap_or(0)).map(draw).collect()
     }
 }
 
 /// Simulates and says what came out.
 pub(crate) fn execute(args: &SimulateArgs) -> Result<(), RunError> {
-    let config = args.config()?;
-    let sources = args.population()?;
+    let (sources, instrument) = args.sky()?;
+    let config = args.config(instrument)?;
     if let Some(path) = &args.truth {
         refuse_existing(path, args.common.overwrite)?;
     }
@@ -202,7 +228,7 @@ pub(crate) fn execute(args: &SimulateArgs) -> Result<(), RunError> {
     })?;
     bar.finish();
     if let Some(path) = &args.truth {
-        let truth = truth(args.centre(), &sources, &summary.snr_s);
+        let truth = truth(&config, &sources, &summary.snr_s);
         write_truth(path, args.common.overwrite, Some(args.freq.0), &truth)?;
     }
     writer.finish()?;
@@ -212,12 +238,15 @@ pub(crate) fn execute(args: &SimulateArgs) -> Result<(), RunError> {
     Ok(())
 }
 
-fn truth(centre: RaDec, sources: &[Source], snr_s: &[f64]) -> Vec<CatalogueSource> {
+fn truth(config: &SimulateConfig, sources: &[Source], snr_s: &[f64]) -> Vec<CatalogueSource> {
+    let index = config.instrument.spectral_index;
+    let index = index.map_or(f64::NAN, SpectralIndex::middle);
     let row = |(source, snr): (&Source, &f64)| CatalogueSource {
-        position: RaDec::from_lm(source.lm, centre),
+        position: RaDec::from_lm(source.lm, config.centre),
         flux_jy: source.flux_jy,
         scale_rad: source.scale_rad,
         e: source.e,
+        spectral_index: index + source.tilt,
         snr: *snr,
     };
     sources.iter().zip(snr_s).map(row).collect()

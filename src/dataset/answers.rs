@@ -27,7 +27,8 @@ impl Question {
     pub(super) fn sources(&mut self, sources: &[Source]) {
         self.0.update(&(sources.len() as u64).to_le_bytes());
         for s in sources {
-            self.numbers([s.lm.l, s.lm.m, s.flux_jy, s.scale_rad, s.e.e1, s.e.e2]);
+            self.numbers([s.lm.l, s.lm.m, s.flux_jy, s.scale_rad]);
+            self.numbers([s.e.e1, s.e.e2, s.tilt]);
         }
     }
 

@@ -14,7 +14,7 @@ use super::{Dataset, DatasetError};
 use crate::coords::Lm;
 use crate::likelihood::VisBlock;
 use crate::likelihood::facet::{
-    Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetWeights, Gains, Reach,
+    Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetWeights, Gains, Reach, TiltRange,
 };
 use crate::prior::{Region, SourcePrior};
 use crate::rime::Source;
@@ -40,6 +40,16 @@ const CELLS_MAX: usize = 250_000;
 /// Sources drawn from the prior to see how much of them is seen, and the part that may be seen less.
 const N_DRAW: usize = 1000;
 const LEAST_SEEN: f64 = 0.01;
+
+/// What is seen of a source of the most extreme spectral index by templates of the middle one.
+///
+/// # Formula
+/// Of t x over the band, x = ln(ν/ν0) even in |x| < h: <exp tx> / sqrt(<exp 2tx>), <exp tx> = sinh(th)/(th).
+fn seen_of_tilt(tilts: TiltRange) -> f64 {
+    let reach = tilts.most * tilts.half_band_ln;
+    let mean = |x: f64| if x == 0.0 { 1.0 } else { x.sinh() / x };
+    mean(reach) / mean(2.0 * reach).sqrt()
+}
 
 /// How the field is looked at.
 pub struct Survey {
@@ -90,7 +100,9 @@ impl Dataset {
             plan: Arc::new(plan),
             weights: None,
             facets: (0..n_facet * n_facet).map(cell).collect(),
-            seen: SEEN_AT_NEAREST * self.least_seen(prior, &templates, reach.uv),
+            seen: SEEN_AT_NEAREST
+                * self.least_seen(prior, &templates, reach.uv)
+                * seen_of_tilt(self.tilts()),
             scales_rad,
             reach,
             n_side,
@@ -131,6 +143,7 @@ impl Dataset {
                     Some(_) => Gains::Centre(GAIN_CHANGE_MAX),
                     None => Gains::None,
                 },
+                tilts: TiltRange::default(),
             });
             match plan {
                 Ok(plan) if plan.level_cells() <= CELLS_MAX => return Ok((plan, n_facet)),

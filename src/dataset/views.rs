@@ -10,7 +10,7 @@ use crate::config::Engine;
 use crate::likelihood::Xy;
 use crate::likelihood::facet::{
     Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetWeights, GAIN_TERM_MAX, Gains, Reach,
-    W_TERM_MAX,
+    TiltRange, W_TERM_MAX,
 };
 use crate::prior::Region;
 use crate::rime::Source;
@@ -29,6 +29,8 @@ pub struct EngineOptions {
     pub farthest: f64,
     /// Longest scale-length along a major axis that is ever evaluated [rad].
     pub longest_axis_rad: f64,
+    /// Largest [`Source::tilt`] that is ever evaluated.
+    pub most_tilt: f64,
 }
 
 /// A region and the data that are looked at there.
@@ -224,6 +226,15 @@ impl Dataset {
                 Some(_) => Gains::Followed(GAIN_TERM_MAX),
                 None => Gains::None,
             },
+            tilts: self.tilts(),
+        }
+    }
+
+    /// Spectral indices that are evaluated.
+    pub(super) fn tilts(&self) -> TiltRange {
+        TiltRange {
+            most: self.engine.most_tilt,
+            half_band_ln: (self.instrument.as_ref()).map_or(0.0, |i| i.half_band_ln()),
         }
     }
 

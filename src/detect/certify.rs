@@ -11,7 +11,7 @@ use super::refine::{Found, means};
 use super::{DetectError, Mode, ModeSample};
 use crate::dataset::{Dataset, Request};
 use crate::likelihood::{Xy, joint_log_l, pairs, xy_without_others};
-use crate::prior::N_DIM;
+use crate::prior::MAX_DIM;
 use crate::rime::Source;
 
 /// Samples times visibilities that are worth evaluating: half a minute of a core.
@@ -209,7 +209,7 @@ fn mean_snr(mode: &Mode, member: usize, draws: &Draws, is_all: bool) -> f64 {
 /// about it.
 fn plane(modes: &[Mode], chosen: &[usize], exact_less: &[f64]) -> (Vec<f64>, f64) {
     let (n_sample, n_chosen) = (modes[0].samples.len(), chosen.len() as f64);
-    let n_coefficient = 1 + N_DIM * modes.len();
+    let n_coefficient = 1 + MAX_DIM * modes.len();
     let mean = exact_less.iter().sum::<f64>() / n_chosen.max(1.0);
     let flat = (vec![mean; n_sample], f64::INFINITY);
     if chosen.len() <= 2 * n_coefficient {
@@ -232,7 +232,7 @@ fn plane(modes: &[Mode], chosen: &[usize], exact_less: &[f64]) -> (Vec<f64>, f64
 }
 
 /// The parameters about their means, of order one.
-fn coordinates(source: &Source, mode: &Mode) -> [f64; N_DIM] {
+fn coordinates(source: &Source, mode: &Mode) -> [f64; MAX_DIM] {
     let mean = &mode.mean;
     let position = mode.position_sigma_rad.max(f64::MIN_POSITIVE);
     [
@@ -242,6 +242,7 @@ fn coordinates(source: &Source, mode: &Mode) -> [f64; N_DIM] {
         source.scale_rad / mean.scale_rad - 1.0,
         source.e.e1 - mean.e.e1,
         source.e.e2 - mean.e.e2,
+        source.tilt - mean.tilt,
     ]
 }
 

@@ -7,7 +7,7 @@ use super::mode::ModeSample;
 use super::{DetectError, Observer};
 use crate::dataset::{Dataset, View, ViewRequest};
 use crate::likelihood::Xy;
-use crate::prior::{N_DIM, Region, SourcePrior, Window};
+use crate::prior::{Region, SourcePrior, Window};
 use crate::rime::Source;
 use crate::sampler::{Evidence, Health, NestedRun, Sampler, SamplerError};
 use crate::units::ARCSEC;
@@ -31,6 +31,8 @@ pub enum Task {
 /// What a new sampler needs to know.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SamplerSettings {
+    /// Dimensions of the unit cube.
+    pub n_dim: usize,
     /// Live points.
     pub n_live: usize,
     /// What it is for.
@@ -151,7 +153,7 @@ fn ask_all(
         .map(|a| {
             let Target { region, window, .. } = a.target;
             let u = a.ask(factory).map_err(|e| in_region(&region, e))?;
-            Ok(u.chunks_exact(N_DIM)
+            Ok(u.chunks_exact(prior.n_dim())
                 .map(|u| prior.source(&region, &window.place(u)))
                 .collect())
         })

@@ -11,7 +11,7 @@ use super::pipeline::stream_seed;
 use super::refine::{Found, Refinement, means};
 use super::{DetectError, Mode, ModeSample, Observer};
 use crate::dataset::{Dataset, JointView, ViewRequest};
-use crate::prior::{N_DIM, Region};
+use crate::prior::Region;
 use crate::rime::Source;
 use crate::sampler::{Draws, Population, PopulationConfig};
 
@@ -196,7 +196,7 @@ impl Refinement<'_> {
     ) -> Active {
         let seed = stream_seed(self.seed, [group[0] as u64, group.len() as u64, 0]);
         let mut rng = ChaCha8Rng::seed_from_u64(stream_seed(seed, [0, 0, 0]));
-        let mut seeds = Vec::with_capacity(N_SEED * N_DIM * group.len());
+        let mut seeds = Vec::with_capacity(N_SEED * self.prior.n_dim() * group.len());
         for _ in 0..N_SEED {
             for (&i, region) in group.iter().zip(&regions) {
                 let source = draw(&sources[i].mode.samples, rng.random());
@@ -204,7 +204,7 @@ impl Refinement<'_> {
             }
         }
         let config = PopulationConfig {
-            n_dim: N_DIM * group.len(),
+            n_dim: self.prior.n_dim() * group.len(),
             n_draw: N_DRAW,
             least_ess: LEAST_ESS,
             seed,
@@ -285,9 +285,9 @@ struct Active {
 
 /// The sources at `u`, one for each region and point.
 fn sources_at(refinement: &Refinement, regions: &[Region], u: &[f64]) -> Vec<Source> {
-    let regions = regions.iter().cycle();
-    let at = |(u, region): (&[f64], &Region)| refinement.prior.source(region, u);
-    u.chunks_exact(N_DIM).zip(regions).map(at).collect()
+    let (prior, regions) = (refinement.prior, regions.iter().cycle());
+    let at = |(u, region): (&[f64], &Region)| prior.source(region, u);
+    u.chunks_exact(prior.n_dim()).zip(regions).map(at).collect()
 }
 
 /// The posterior of one member: its part of all joint draws, which carry the joint ln L.

@@ -124,6 +124,7 @@ impl Mode {
                 e1: mean_of(|s| s.e.e1),
                 e2: mean_of(|s| s.e.e2),
             },
+            tilt: mean_of(|s| s.tilt),
         };
         let best = samples.iter().max_by(|a, b| a.log_l.total_cmp(&b.log_l));
         let (best, best_log_l) = best.map_or((mean, f64::NEG_INFINITY), |s| (s.source, s.log_l));

@@ -333,6 +333,7 @@ fn search_tiles(
         restored: Vec::new(),
         is_exact: false,
         sampler: SamplerSettings {
+            n_dim: settings.prior.n_dim(),
             n_live: settings.n_live,
             // What it has found when it stalls is sampled again, and the tile screened again.
             task: Task::Search,

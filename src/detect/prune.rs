@@ -89,6 +89,7 @@ impl Refinement<'_> {
             restored: vec![old.mean],
             is_exact: false,
             sampler: SamplerSettings {
+                n_dim: self.prior.n_dim(),
                 n_live: self.n_live_draft,
                 task: Task::Posterior,
                 seed: stream_seed(self.seed, [4, sources[i].origin as u64, j as u64]),

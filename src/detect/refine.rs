@@ -210,6 +210,7 @@ impl Refinement<'_> {
                 restored: vec![sources[i].mode.mean],
                 is_exact: depth == Depth::Exact,
                 sampler: SamplerSettings {
+                    n_dim: self.prior.n_dim(),
                     n_live: match depth {
                         Depth::Draft => self.n_live_draft,
                         Depth::Full | Depth::Exact => self.n_live,

@@ -10,13 +10,14 @@ use crate::units::{ARCSEC, MICROJY};
 
 /// Columns whose estimates are compared with the truth, with their units. RA and DEC are offsets on
 /// the sky towards east and north.
-pub const PARAMETERS: [(&str, &str); 6] = [
+pub const PARAMETERS: [(&str, &str); 7] = [
     ("RA", "arcsec"),
     ("DEC", "arcsec"),
     ("Total_flux", "uJy"),
     ("Scale_length", "arcsec"),
     ("E1", ""),
     ("E2", ""),
+    ("Spectral_index", ""),
 ];
 
 /// Pulls beyond this are counted: a good error leaves none.
@@ -64,7 +65,8 @@ pub(super) fn difference(matched: &Matched, pair: &Pair, which: usize) -> Estima
             ARCSEC,
         ),
         4 => minus(row.e1, known(has.has_ellipticity, source.e.e1), 1.0),
-        _ => minus(row.e2, known(has.has_ellipticity, source.e.e2), 1.0),
+        5 => minus(row.e2, known(has.has_ellipticity, source.e.e2), 1.0),
+        _ => minus(row.spectral_index, source.spectral_index, 1.0),
     }
 }
 
@@ -143,7 +145,8 @@ fn rank_of_truth(
         2 => samples.flux_jy[i] - source.flux_jy,
         3 => samples.scale_rad[i] - source.scale_rad,
         4 => samples.e1[i] - source.e.e1,
-        _ => samples.e2[i] - source.e.e2,
+        5 => samples.e2[i] - source.e.e2,
+        _ => samples.spectral_index[i] - source.spectral_index,
     };
     let weights = own.clone().map(|i| samples.weight[i]);
     rank(own.map(value), weights, 0.0)

@@ -2,7 +2,7 @@
 
 use super::extents::Extents;
 use super::kernel::{self, Isa};
-use crate::coords::Lm;
+use crate::rime::Ray;
 
 /// Samples in the form that the kernels eat: only unflagged ones, Stokes I, coordinates in
 /// wavelengths, data multiplied by their weight.
@@ -83,9 +83,9 @@ impl VisBlock {
         (0..n).fold(0.0, |most, k| f64::max(most, length(k) * extent(k)))
     }
 
-    /// The factors of the instrument for a source at `lm`; none without.
-    pub(super) fn gains(&self, isa: Isa, lm: Lm) -> Option<Vec<f32>> {
-        let gain = self.extents.gain(lm)?;
+    /// The factors of the instrument for a source; none without.
+    pub(super) fn gains(&self, isa: Isa, ray: Ray) -> Option<Vec<f32>> {
+        let gain = self.extents.gain(ray)?;
         let mut gains = vec![0.0; self.len()];
         kernel::look(isa, self, &gain, &mut gains);
         Some(gains)

@@ -85,7 +85,7 @@ pub fn plain_cross(block: &VisBlock, pair: &[Source; 2], profile: Profile) -> f6
         let [f, g] = pair.map(|source| {
             let [u_seen, v_seen] = source.lm.uv_seen(u, v, w);
             let form = QuadraticForm::new(source.scale_rad, source.e);
-            let gain = block.extents.factor(k, source.lm, [u, v, w]);
+            let gain = block.extents.factor(k, source.ray(), [u, v, w]);
             gain * profile.shape().factor(form.at(u_seen, v_seen))
         });
         block.weight[k] as f64 * f * g * (TAU * phase).cos()

@@ -2,8 +2,7 @@
 #![allow(clippy::inline_always)] // compiled anew for each instruction set
 
 use super::kernel::numbers::{SQRT2_SIN_PI, horner};
-use crate::coords::Lm;
-use crate::rime::{EARTH_RAD_PER_S, Extent, Instrument, Smearing};
+use crate::rime::{EARTH_RAD_PER_S, Extent, Instrument, Ray, Smearing};
 use std::f64::consts::{PI, SQRT_2};
 use std::ops::Range;
 use std::sync::Arc;
@@ -84,9 +83,9 @@ impl Extents {
         }
     }
 
-    /// The factors of a source at `lm`; none where there are no terms.
-    pub(super) fn gain(&self, lm: Lm) -> Option<Gain> {
-        self.instrument.as_ref().map(|i| Gain::new(i, lm))
+    /// The factors of a source; none where there are no terms.
+    pub(super) fn gain(&self, ray: Ray) -> Option<Gain> {
+        self.instrument.as_ref().map(|i| Gain::new(i, ray))
     }
 
     /// True where there is smearing.
@@ -109,9 +108,9 @@ impl Extents {
             .map_or(f64::NAN, |i| i.freq_hz(place))
     }
 
-    /// The factor of a source at `lm` for sample `k` on the baseline `uvw` [wavelength], in f64 as the
+    /// The factor of a source for sample `k` on the baseline `uvw` [wavelength], in f64 as the
     /// formulas stand; 1 where there are no terms.
-    pub(super) fn factor(&self, k: usize, lm: Lm, uvw: [f64; 3]) -> f64 {
+    pub(super) fn factor(&self, k: usize, ray: Ray, uvw: [f64; 3]) -> f64 {
         self.instrument.as_ref().map_or(1.0, |instrument| {
             let freq_hz = instrument.freq_hz(f64::from(self.place[k]));
             let extent = Extent {
@@ -119,7 +118,7 @@ impl Extents {
                 width_hz: f64::from(self.width[k]) * freq_hz,
                 interval_s: f64::from(self.interval_s[k]),
             };
-            instrument.factor(lm, uvw, extent)
+            instrument.factor(ray, uvw, extent)
         })
     }
 }
@@ -136,10 +135,10 @@ pub(super) struct Gain {
 }
 
 impl Gain {
-    fn new(instrument: &Instrument, lm: Lm) -> Self {
-        let at = |place: f64| instrument.brightness(lm, instrument.freq_hz(place));
+    fn new(instrument: &Instrument, ray: Ray) -> Self {
+        let at = |place: f64| instrument.brightness(ray, instrument.freq_hz(place));
         let (turns, turns_per_s) = match instrument.smearing {
-            Some(smearing) => (Smearing::turns(lm), smearing.turns_per_s(lm)),
+            Some(smearing) => (Smearing::turns(ray.lm), smearing.turns_per_s(ray.lm)),
             None => ([0.0; 3], [0.0; 3]),
         };
         Self {
@@ -179,6 +178,7 @@ fn sinc(x: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::coords::Lm;
     use crate::likelihood::samples::instrument;
     use crate::rime;
 
@@ -197,13 +197,14 @@ mod tests {
     fn fast_factors_follow_the_formulas() {
         for beam in ["meerkat", "airy=13.5m", "gaussian=13.5m"] {
             let instrument = Arc::new(instrument(beam));
-            for rho in [0.0, 0.005, 0.012, 0.02] {
+            for (rho, tilt) in [(0.0, 1.5), (0.005, -1.5), (0.012, 0.3), (0.02, 0.0)] {
                 let lm = Lm {
                     l: 0.6 * rho,
                     m: -0.8 * rho,
                 };
+                let ray = Ray { lm, tilt };
                 let mut extents = Extents::of(Some(instrument.clone()));
-                let gain = extents.gain(lm).unwrap();
+                let gain = extents.gain(ray).unwrap();
                 for k in 0..200 {
                     let freq_hz = 0.86e9 * 2f64.powf(f64::from(k) / 199.0);
                     let t = f64::from(k);
@@ -216,7 +217,7 @@ mod tests {
                     let k = k as usize;
                     let extent = [extents.place[k], extents.width[k], extents.interval_s[k]];
                     let got = f64::from(gain.at(uvw.map(|x| x as f32), extent));
-                    let error = got - extents.factor(k, lm, uvw);
+                    let error = got - extents.factor(k, ray, uvw);
                     assert!(error.abs() < 3e-6, "{beam} {rho} {k}: {got} {error:e}");
                 }
             }

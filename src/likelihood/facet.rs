@@ -24,6 +24,7 @@ mod sorted;
 mod span;
 mod spread;
 mod term;
+mod tilts;
 mod turns;
 
 pub use builder::{FacetBuilder, FacetWeights};
@@ -31,6 +32,7 @@ pub use cross::{CrossBuilder, CrossFacet};
 pub use looks::{GAIN_TERM_MAX, Gains};
 pub use map::FacetMap;
 pub use plan::{FacetError, FacetNeeds, FacetPlan, Reach, W_TERM_MAX};
+pub use tilts::TiltRange;
 
 use super::{Isa, Xy};
 use crate::coords::Lm;
@@ -48,11 +50,11 @@ pub struct Facet {
     isa: Isa,
     centre: Centre,
     plan: Arc<FacetPlan>,
-    /// One, or one for each place of [`Looks::places`](looks::Looks).
+    /// One, or one for each of [`FacetPlan::rays`].
     looks: Vec<Look>,
 }
 
-/// The samples with the factors that the instrument has at one place.
+/// The samples with the factors that the instrument has for one place and spectrum.
 #[derive(Debug)]
 struct Look {
     levels: Vec<Vec<Pack>>,
@@ -135,7 +137,7 @@ impl Facet {
         let between = |(i, source): (usize, &Source)| {
             let offset = self.centre.offset(source.lm);
             let (mut x, mut root_y) = (0.0, 0.0);
-            for (share, xy) in self.plan.looks.shares(offset).iter().zip(&looks) {
+            for (share, xy) in self.plan.shares(offset, source.tilt).zip(&looks) {
                 x += share * xy[i].x;
                 root_y += share * xy[i].y.max(0.0).sqrt();
             }

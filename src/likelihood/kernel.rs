@@ -28,9 +28,8 @@ pub use term::SourceTerm;
 
 use super::extents::Gain;
 use super::{VisBlock, Xy};
-use crate::coords::Lm;
-use crate::rime::Source;
 use crate::rime::shape::Profile;
+use crate::rime::{Ray, Source};
 use model::Model;
 
 /// Adds X and Y at unit flux density of each of `terms` over `block` to `out`, on one core.
@@ -52,7 +51,7 @@ pub fn accumulate(isa: Isa, block: &VisBlock, terms: &[SourceTerm], out: &mut [X
         isa.is_available(),
         "{isa:?} is not available on this processor"
     );
-    let gains = gains(block, terms.iter().map(SourceTerm::place));
+    let gains = gains(block, terms.iter().map(SourceTerm::ray));
     let mut sums = vec![Xy::default(); terms.len()];
     match isa {
         Isa::Portable => portable::accumulate(block, terms, &gains, &mut sums),
@@ -69,9 +68,9 @@ pub fn accumulate(isa: Isa, block: &VisBlock, terms: &[SourceTerm], out: &mut [X
     }
 }
 
-/// The factors of sources at `places`; none where the block has no terms of the instrument.
-fn gains(block: &VisBlock, places: impl Iterator<Item = Lm>) -> Vec<Gain> {
-    places.map_while(|lm| block.extents.gain(lm)).collect()
+/// The factors of sources; none where the block has no terms of the instrument.
+fn gains(block: &VisBlock, rays: impl Iterator<Item = Ray>) -> Vec<Gain> {
+    rays.map_while(|ray| block.extents.gain(ray)).collect()
 }
 
 /// Works out the factors of the instrument for all samples of `block`, which has extents.
@@ -107,7 +106,7 @@ pub fn accumulate_pairs(isa: Isa, block: &VisBlock, terms: &[PairTerm], sums: &m
         isa.is_available(),
         "{isa:?} is not available on this processor"
     );
-    let gains = gains(block, terms.iter().flat_map(PairTerm::places));
+    let gains = gains(block, terms.iter().flat_map(PairTerm::rays));
     match isa {
         Isa::Portable => cross::accumulate(block, terms, &gains, sums),
         #[cfg(target_arch = "x86_64")]

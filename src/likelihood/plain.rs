@@ -18,7 +18,7 @@ pub fn plain_xy(block: &VisBlock, source: &Source, profile: Profile) -> Xy {
         let (u, v, w) = (block.u[k], block.v[k], block.w[k]);
         let (sin, cos) = (TAU * phase_turns(source, u, v, w)).sin_cos();
         let [u_seen, v_seen] = source.lm.uv_seen(u, v, w);
-        let gain = block.extents.factor(k, source.lm, [u, v, w]);
+        let gain = block.extents.factor(k, source.ray(), [u, v, w]);
         let factor = gain * profile.shape().factor(form.at(u_seen, v_seen));
         let (re, im) = (block.weighted_re[k] as f64, block.weighted_im[k] as f64);
         sum.x += factor * (re * cos + im * sin);

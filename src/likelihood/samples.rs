@@ -61,6 +61,8 @@ pub(super) fn sources(count: usize, seed: u64) -> Vec<Source> {
                     e1: e * cos,
                     e2: e * sin,
                 },
+                // What it is matters where there is an instrument that sees it.
+                tilt: rng.random_range(-1.0..1.0),
             }
         })
         .collect()
@@ -71,7 +73,7 @@ pub(super) fn instrument(beam: &str) -> Instrument {
     let terms = InstrumentTerms {
         smearing: true,
         beam: Some(beam.parse().unwrap()),
-        spectral_index: Some(-0.7),
+        spectral_index: "-1.7:0.3".parse().ok(),
     };
     let pole = [0.0, 0.75f64.sqrt(), -0.5];
     Instrument::new(&terms, [0.856e9, 1.712e9], pole).unwrap()

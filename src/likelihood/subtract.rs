@@ -38,10 +38,10 @@ mod tests {
         let total: f64 = sources.iter().map(|(s, _)| s.flux_jy).sum();
         let error = |k: usize| {
             let (u, v, w) = (block.u[k], block.v[k], block.w[k]);
-            let gain = |lm| block.extents.factor(k, lm, [u, v, w]);
+            let gain = |s: &Source| block.extents.factor(k, s.ray(), [u, v, w]);
             let models = sources
                 .iter()
-                .map(|(s, p)| predict(s, *p, u, v, w) * gain(s.lm));
+                .map(|(s, p)| predict(s, *p, u, v, w) * gain(s));
             let model: Complex<f64> = models.sum();
             let taken = -Complex::new(got.weighted_re[k] as f64, got.weighted_im[k] as f64);
             (taken / block.weight[k] as f64 - model).norm() / total

@@ -1,12 +1,12 @@
 //! A part of the unit cube of one source.
 
-use super::N_DIM;
+use super::MAX_DIM;
 
 /// A box in the unit cube: what a search looks into. Its volume is its share of the prior.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {
-    low: [f64; N_DIM],
-    high: [f64; N_DIM],
+    low: [f64; MAX_DIM],
+    high: [f64; MAX_DIM],
 }
 
 /// Share of the prior of the scale-length that is compact: below two standard deviations.
@@ -17,8 +17,8 @@ const COMPACT_ELLIPTICITY: f64 = 0.8;
 impl Window {
     /// The whole prior.
     pub const FULL: Self = Self {
-        low: [0.0; N_DIM],
-        high: [1.0; N_DIM],
+        low: [0.0; MAX_DIM],
+        high: [1.0; MAX_DIM],
     };
 
     /// All positions and flux densities, without the longest shapes.
@@ -31,19 +31,32 @@ impl Window {
         // The square maps onto the disc of ellipticities, squares onto discs of the same share.
         let margin = 0.5 * (1.0 - COMPACT_ELLIPTICITY.sqrt());
         Self {
-            low: [0.0, 0.0, 0.0, 0.0, margin, margin],
-            high: [1.0, 1.0, 1.0, COMPACT_SCALE, 1.0 - margin, 1.0 - margin],
+            low: [0.0, 0.0, 0.0, 0.0, margin, margin, 0.0],
+            high: [
+                1.0,
+                1.0,
+                1.0,
+                COMPACT_SCALE,
+                1.0 - margin,
+                1.0 - margin,
+                1.0,
+            ],
         }
     }
 
     /// The point of the window at `u` of the unit cube.
-    pub fn place(&self, u: &[f64]) -> [f64; N_DIM] {
-        std::array::from_fn(|d| self.low[d] + u[d] * (self.high[d] - self.low[d]))
+    pub fn place(&self, u: &[f64]) -> Vec<f64> {
+        let ends = self.low.iter().zip(&self.high);
+        ends.zip(u)
+            .map(|((low, high), u)| low + u * (high - low))
+            .collect()
     }
 
     /// ln of the share of the prior that lies in the window.
     pub fn log_volume(&self) -> f64 {
-        (0..N_DIM).map(|d| (self.high[d] - self.low[d]).ln()).sum()
+        (0..MAX_DIM)
+            .map(|d| (self.high[d] - self.low[d]).ln())
+            .sum()
     }
 }
 

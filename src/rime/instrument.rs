@@ -7,7 +7,7 @@
 //! Primary beam, spectral index, bandwidth and time smearing; each is 1 unless it is asked for. Here it
 //! is in f64 as the formulas stand; `likelihood` has a fast form of it.
 
-use super::{Beam, EARTH_RAD_PER_S, Smearing, Spectrum, sinc};
+use super::{Beam, EARTH_RAD_PER_S, Ray, Smearing, SpectralIndex, Spectrum, sinc};
 use crate::coords::Lm;
 
 /// Which terms there are.
@@ -17,8 +17,8 @@ pub struct InstrumentTerms {
     pub smearing: bool,
     /// Primary beam.
     pub beam: Option<Beam>,
-    /// Spectral index of all sources.
-    pub spectral_index: Option<f64>,
+    /// Spectral index of the sources.
+    pub spectral_index: Option<SpectralIndex>,
 }
 
 impl InstrumentTerms {
@@ -62,7 +62,10 @@ impl Instrument {
     /// the mean is where the flux densities are given at; `pole` is as in [`Smearing`].
     pub fn new(terms: &InstrumentTerms, band_hz: [f64; 2], pole: [f64; 3]) -> Option<Self> {
         let ref_freq_hz = 0.5 * (band_hz[0] + band_hz[1]);
-        let spectrum = |index| Spectrum { index, ref_freq_hz };
+        let spectrum = |index: SpectralIndex| Spectrum {
+            index: index.middle(),
+            ref_freq_hz,
+        };
         (!terms.are_none()).then(|| Self {
             smearing: terms.smearing.then_some(Smearing { pole }),
             beam: terms.beam,
@@ -88,15 +91,24 @@ impl Instrument {
         self.ref_freq_hz() + place * (self.band_hz[1] - self.band_hz[0])
     }
 
+    /// The largest |ln(ν/ν0)| of the band.
+    pub fn half_band_ln(&self) -> f64 {
+        let ref_freq_hz = self.ref_freq_hz();
+        let ends = self
+            .band_hz
+            .map(|freq_hz| (freq_hz / ref_freq_hz).ln().abs());
+        ends[0].max(ends[1])
+    }
+
     /// The primary beam at the middle of the band; none without a beam.
     pub fn beam_at(&self, lm: Lm) -> Option<f64> {
         self.beam.map(|beam| beam.power(lm, self.ref_freq_hz()))
     }
 
     /// The part of s that does not depend on the baseline.
-    pub fn brightness(&self, lm: Lm, freq_hz: f64) -> f64 {
-        let beam = self.beam.map_or(1.0, |beam| beam.power(lm, freq_hz));
-        beam * self.spectrum.map_or(1.0, |s| s.factor(freq_hz))
+    pub fn brightness(&self, ray: Ray, freq_hz: f64) -> f64 {
+        let beam = self.beam.map_or(1.0, |beam| beam.power(ray.lm, freq_hz));
+        beam * self.spectrum.map_or(1.0, |s| s.factor(freq_hz, ray.tilt))
     }
 
     /// The part of s that smearing leaves on the baseline `uvw` [wavelength].
@@ -109,8 +121,8 @@ impl Instrument {
             * sinc(along(smearing.turns_per_s(lm)) * extent.interval_s)
     }
 
-    /// s of a source at `lm` on the baseline `uvw` [wavelength].
-    pub fn factor(&self, lm: Lm, uvw: [f64; 3], extent: Extent) -> f64 {
-        self.brightness(lm, extent.freq_hz) * self.smearing(lm, uvw, extent)
+    /// s of a source on the baseline `uvw` [wavelength].
+    pub fn factor(&self, ray: Ray, uvw: [f64; 3], extent: Extent) -> f64 {
+        self.brightness(ray, extent.freq_hz) * self.smearing(ray.lm, uvw, extent)
     }
 }

@@ -67,6 +67,7 @@ mod tests {
             flux_jy: 1.0,
             scale_rad: 1e-5,
             e: Ellipticity { e1: 0.3, e2: -0.2 },
+            ..Source::default()
         };
         let (u, v, w) = (9e3, 4e3, -2.5e4);
         let (mut sum, mut flux_jy) = (Complex::default(), 0.0);

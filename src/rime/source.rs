@@ -14,4 +14,26 @@ pub struct Source {
     pub scale_rad: f64,
     /// Ellipticity.
     pub e: Ellipticity,
+    /// Spectral index less that of the [`Spectrum`](super::Spectrum) that all sources are seen with: 0
+    /// unless indices are free. In catalogues, which have no such spectrum, the index itself.
+    pub tilt: f64,
+}
+
+impl Source {
+    /// What the instrument makes its factors of.
+    pub fn ray(&self) -> Ray {
+        Ray {
+            lm: self.lm,
+            tilt: self.tilt,
+        }
+    }
+}
+
+/// Where light comes from, and its spectrum: what the factors of the instrument depend on.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Ray {
+    /// Position about the phase centre.
+    pub lm: Lm,
+    /// As in [`Source`].
+    pub tilt: f64,
 }

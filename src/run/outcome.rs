@@ -13,6 +13,7 @@ use crate::config::Config;
 use crate::coords::{IcrsCentre, RaDec};
 use crate::dataset::Dataset;
 use crate::detect::{Census, Detected, Detection, Mode, Settings, Status};
+use crate::rime::{Source, SpectralIndex};
 use crate::simulate::format_utc;
 use crate::units::{ARCSEC, MICROJY};
 
@@ -101,13 +102,19 @@ impl Outcome {
         census: &Census,
     ) {
         let mode = &detected.posterior;
+        // Catalogues have no spectrum that indices could be told against.
+        let middle = config.spectral_index.map_or(0.0, SpectralIndex::middle);
+        let turned = |source: &Source| Source {
+            tilt: middle + source.tilt,
+            ..frame.turn(source)
+        };
         let samples: Vec<WeightedSample> = mode
             .samples
             .iter()
             .map(|s| WeightedSample {
                 log_w: s.weight.ln(),
                 log_l: s.log_l,
-                source: frame.turn(&s.source),
+                source: turned(&s.source),
             })
             .collect();
         let profile = config.prior.profile;
@@ -248,6 +255,31 @@ fn header(config: &Config, dataset: &Dataset, frame: IcrsCentre) -> CatalogueHea
         high,
         form,
     };
+    let index = config.spectral_index.filter(|index| index.is_free());
+    let index = index.map(|index| {
+        let [low, high] = index.ends();
+        range("Spectral_index", "", low, high, "uniform".into())
+    });
+    let mut priors = vec![
+        range("L", "arcsec", -half_fov, half_fov, "uniform".into()),
+        range("M", "arcsec", -half_fov, half_fov, "uniform".into()),
+        range(
+            "Total_flux",
+            "uJy",
+            prior.flux.low.0 / MICROJY,
+            prior.flux.high.0 / MICROJY,
+            format!("power law, index {}", prior.flux_index),
+        ),
+        range(
+            "Scale_length",
+            "arcsec",
+            prior.scale.low.0 / ARCSEC,
+            prior.scale.high.0 / ARCSEC,
+            format!("log-normal, sigma {}", prior.scale_sigma_log),
+        ),
+        range("abs(E)", "", 0.0, prior.e_max, "VLA-COSMOS".into()),
+    ];
+    priors.extend(index);
     CatalogueHeader {
         telescope: Some(dataset.observation().telescope.clone()).filter(|name| !name.is_empty()),
         object: Some(dataset.phase_centre().name.clone()).filter(|name| !name.is_empty()),
@@ -257,26 +289,9 @@ fn header(config: &Config, dataset: &Dataset, frame: IcrsCentre) -> CatalogueHea
         phase_centre: frame.centre,
         profile: prior.profile,
         has_beam: config.beam.is_some(),
+        has_spectral_index: config.spectral_index.is_some_and(SpectralIndex::is_free),
         seed: config.seed,
-        priors: vec![
-            range("L", "arcsec", -half_fov, half_fov, "uniform".into()),
-            range("M", "arcsec", -half_fov, half_fov, "uniform".into()),
-            range(
-                "Total_flux",
-                "uJy",
-                prior.flux.low.0 / MICROJY,
-                prior.flux.high.0 / MICROJY,
-                format!("power law, index {}", prior.flux_index),
-            ),
-            range(
-                "Scale_length",
-                "arcsec",
-                prior.scale.low.0 / ARCSEC,
-                prior.scale.high.0 / ARCSEC,
-                format!("log-normal, sigma {}", prior.scale_sigma_log),
-            ),
-            range("abs(E)", "", 0.0, prior.e_max, "VLA-COSMOS".into()),
-        ],
+        priors,
         config: config.to_toml().lines().map(str::to_owned).collect(),
     }
 }

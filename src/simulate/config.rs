@@ -130,10 +130,6 @@ impl SimulateConfig {
         {
             return refuse("the phase centre's declination lies between -90 and +90 degrees");
         }
-        let index = self.instrument.spectral_index.unwrap_or(0.0);
-        if !(-10.0..=10.0).contains(&index) {
-            return refuse("the spectral index lies between -10 and 10");
-        }
         if !hands_are_known(&self.corrs) {
             return refuse("the hands are XX and YY, RR and LL, one of these, or I");
         }

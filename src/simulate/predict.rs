@@ -48,7 +48,7 @@ impl Component {
     /// The component of `source` with `profile`.
     pub(super) fn new(source: &Source, profile: Profile, look: &Look) -> Self {
         let brightness = |&freq_hz: &f64| match &look.instrument {
-            Some(instrument) => instrument.brightness(source.lm, freq_hz),
+            Some(instrument) => instrument.brightness(source.ray(), freq_hz),
             None => 1.0,
         };
         let form = QuadraticForm::new(source.scale_rad, source.e);
@@ -106,6 +106,7 @@ mod tests {
             flux_jy: 3e-3,
             scale_rad: 1.5 * ARCSEC,
             e: Ellipticity { e1: 0.3, e2: -0.2 },
+            tilt: 0.0,
         }
     }
 

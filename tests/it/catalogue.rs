@@ -31,6 +31,7 @@ fn header() -> CatalogueHeader {
         profile: Profile::Exponential,
         seed: u64::MAX,
         has_beam: false,
+        has_spectral_index: false,
         priors: vec![PriorRange {
             parameter: "Total_flux".into(),
             unit: "uJy".into(),
@@ -70,6 +71,7 @@ fn samples(l: f64, flux_jy: f64, n: usize) -> Vec<WeightedSample> {
                 e1: 0.2 + 0.1 * t,
                 e2: -0.1 * t,
             },
+            tilt: -0.7,
         };
         WeightedSample {
             log_w: -1e4 - t * t,
@@ -384,6 +386,7 @@ fn the_truth_comes_back_as_a_list_of_sources() {
             e1: 0.05 * i as f64,
             e2: -0.03,
         },
+        spectral_index: -0.1 * i as f64,
         snr: if i == 0 { f64::NAN } else { 8.0 },
     };
     let truth: Vec<_> = (0..10).map(source).collect();

@@ -11,7 +11,7 @@ use vis2cat::detect::{
     Cuts, Detection, NoObserver, SamplerSettings, Settings, Task, detect, field_of_view, tiles,
 };
 use vis2cat::likelihood::Xy;
-use vis2cat::prior::{MODE_DIMS, N_DIM};
+use vis2cat::prior::MODE_DIMS;
 use vis2cat::rime::shape::Profile;
 use vis2cat::rime::{InstrumentTerms, Source};
 use vis2cat::sampler::{MultiNest, MultiNestConfig, Sampler, SamplerError};
@@ -219,6 +219,7 @@ fn a_file_of_pyuvdata_holds_its_sources_where_its_truth_says_and_not_mirrored() 
         flux_jy: s.flux_jy,
         scale_rad: s.scale_rad,
         e: s.e,
+        tilt: 0.0,
     };
     let sources: Vec<Source> = truth.iter().map(source).collect();
     data.set_removed(sources.clone());
@@ -606,6 +607,7 @@ fn open_all(paths: &[PathBuf], memory_bytes: f64) -> Dataset {
             engine: Engine::Exact,
             farthest: 0.0,
             longest_axis_rad: 0.0,
+            most_tilt: 0.0,
         },
     };
     Dataset::open(paths, &options, &mut |_, _| {}).unwrap()
@@ -646,10 +648,10 @@ fn find(data: &mut Dataset) -> Detection {
                 Vec::new()
             },
             seed: settings.seed,
-            ..MultiNestConfig::new(N_DIM, settings.n_live)
+            ..MultiNestConfig::new(settings.n_dim, settings.n_live)
         })?))
     };
-    let mut prior = config.prior.source_prior();
+    let mut prior = config.source_prior();
     (prior.flux.low_jy, prior.flux.high_jy) = (50e-6, 1e-3);
     let settings = Settings {
         field,
@@ -688,7 +690,10 @@ fn the_confusion_by_faint_sources_is_what_they_add_to_the_noise() {
     let config = Config::default();
     let mut prior = config.prior.clone();
     (prior.flux.low.0, prior.flux.high.0) = (8e-6, 16e-6);
-    let (prior, field) = (prior.source_prior(), field_of_view(20.0 * 60.0 * ARCSEC));
+    let (prior, field) = (
+        prior.source_prior(None),
+        field_of_view(20.0 * 60.0 * ARCSEC),
+    );
     let (all_are_below, beam_rad) = (100.0, data.info().beam_rad);
     let predicted = 300.0
         * data
@@ -726,7 +731,7 @@ fn a_glimpse_sees_what_changes() {
     let mut data = open(&path, 1e9);
     assert!(data.info().n_sample > 3_500_000);
     let field = field_of_view(60.0 * ARCSEC);
-    let prior = Config::default().prior.source_prior();
+    let prior = Config::default().source_prior();
     let point = |i: usize| prior.source(&field, &[0.1 * i as f64, 0.3, 0.5, 0.5, 0.4, 0.6]);
     let points: Vec<Source> = (0..10).map(point).collect();
     let neighbour = Source {

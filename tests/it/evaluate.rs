@@ -245,6 +245,7 @@ fn true_source(lm: Lm, flux_ujy: f64, snr: f64) -> CatalogueSource {
         flux_jy: flux_ujy * MICROJY,
         scale_rad: ARCSEC,
         e: Ellipticity { e1: 0.1, e2: -0.1 },
+        spectral_index: f64::NAN,
         snr,
     }
 }
@@ -273,6 +274,7 @@ fn uniform(lm: Lm, flux_rank: f64, scale_rank: f64) -> Vec<WeightedSample> {
                 e1: 0.1 + e * centred(11),
                 e2: -0.1 + e * centred(13),
             },
+            tilt: 0.0,
         };
         WeightedSample {
             log_w: 0.0,
@@ -382,6 +384,7 @@ fn write_catalogue(path: &Path) {
         profile: Profile::Exponential,
         seed: 1,
         has_beam: false,
+        has_spectral_index: false,
         priors: vec![limit("L"), limit("M")],
         config: Vec::new(),
     };

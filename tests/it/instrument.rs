@@ -170,12 +170,51 @@ fn a_smeared_field_is_unbiased_with_the_terms_and_biased_without() {
     assert!(biased >= 2, "{without:?}");
 }
 
+/// Sources of several spectral indices, the last of them too faint to tell.
+const SPECTRA: &str = "\
+RA[deg],DEC[deg],Total_flux[mJy],Scale_length[arcsec],E1,E2,Spectral_index
+53.12,-30.03,20,4.0,0.1,0.0,-1.4
+53.05,-29.96,15,3.0,0.1,-0.2,0.3
+53.19,-29.95,3,4.0,0.0,0.1,-0.7
+";
+
+/// By facets; that these are right is tested where they are made.
+#[test]
+fn spectral_indices_are_found_where_they_are_free() {
+    let folder = tempfile::tempdir().unwrap();
+    let band = "--freq 1.284GHz --bandwidth 856MHz --channels 16 --hours 0.0022222222 --tint 8s";
+    let data = simulated(SPECTRA, folder.path().join("field.uvfits"), band);
+    let out = folder.path().join("out.fits");
+    let command = format!(
+        "{} {} --fov 12arcmin --flux 1mJy:60mJy --spectral-index=-1.5:0.5 --engine facet --quiet",
+        data.display(),
+        out.display()
+    );
+    vis2cat_ok(command.split_whitespace());
+    let truth = folder.path().join("field.csv");
+    let command = format!("evaluate --json {} {}", out.display(), truth.display());
+    let done = vis2cat_ok(command.split_whitespace());
+    let found: serde_json::Value = serde_json::from_str(&done).unwrap();
+    assert_eq!(found["matched"].as_array().unwrap().len(), 3);
+    assert_eq!(found["false_rows"].as_array().unwrap().len(), 0);
+    let parameters = found["parameters"].as_array().unwrap();
+    assert_eq!(parameters.len(), 7);
+    for parameter in parameters {
+        let largest = parameter["pull_largest"].as_f64().unwrap();
+        assert!(largest.abs() < 4.0, "{parameter}");
+    }
+    let table = read_table(&out, Some("CATALOGUE")).unwrap();
+    let errors = table.numbers("E_Spectral_index").unwrap();
+    // The brightest first: known well, and hardly better than by the prior.
+    assert!(errors[0] < 0.1 && errors[2] > 0.2, "{errors:?}");
+}
+
 #[test]
 fn terms_that_cannot_be_are_refused() {
     for (flags, what) in [
         ("--beam vla", "'vla' is no beam"),
         ("--beam airy=0m", "has no beam"),
-        ("--spectral-index 11", "must lie between -10 and 10"),
+        ("--spectral-index 11", "use a number from -10 to 10"),
     ] {
         let command = format!("in.uvfits out.fits {flags}");
         let done = vis2cat(command.split_whitespace());

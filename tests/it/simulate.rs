@@ -52,6 +52,7 @@ fn source() -> Source {
         flux_jy: 0.1,
         scale_rad: 0.5 * ARCSEC,
         e: Ellipticity { e1: 0.2, e2: 0.1 },
+        tilt: 0.0,
     }
 }
 

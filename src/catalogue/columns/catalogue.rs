@@ -4,6 +4,15 @@ use super::{ColumnDef, Get, plain, real};
 use crate::catalogue::SourceRow;
 use crate::units::{ARCSEC, DEG, MICROJY};
 
+/// Columns that are there where spectral indices are free.
+const SPECTRAL_INDEX: &str = "Spectral_index";
+const E_SPECTRAL_INDEX: &str = "E_Spectral_index";
+
+/// True for columns that are there where spectral indices are free.
+pub(in crate::catalogue) fn is_of_spectrum(name: &str) -> bool {
+    name.eq_ignore_ascii_case(SPECTRAL_INDEX) || name == E_SPECTRAL_INDEX
+}
+
 /// Columns that are there where a primary beam was applied.
 const APP_FLUX: &str = "App_flux";
 const PB_GAIN: &str = "PB_gain";
@@ -32,6 +41,8 @@ pub(in crate::catalogue) const CATALOGUE: &[ColumnDef<SourceRow>] = &[
     real("Total_flux_hi", "uJy", "phot.flux.density;{band};stat.max", "84th percentile of the flux density", |r| r.posterior.flux_hi_jy / MICROJY),
     real(APP_FLUX, "uJy", "phot.flux.density;{band}", "Total_flux times PB_gain: what the dishes saw", |r| r.posterior.flux_jy.mean * r.pb_gain / MICROJY),
     real(PB_GAIN, "", "arith.factor;instr.beam", "primary beam at the position, middle of the band", |r| r.pb_gain),
+    real(SPECTRAL_INDEX, "", "spect.index", "spectral index, S proportional to frequency to this power", |r| r.posterior.spectral_index.mean),
+    real(E_SPECTRAL_INDEX, "", "stat.error;spect.index", "1 sigma of Spectral_index", |r| r.posterior.spectral_index.err),
     real("Scale_length", "arcsec", "src.morph.scLength", "scale-length, harmonic mean of the axes", |r| r.posterior.scale_rad.mean / ARCSEC),
     real("E_Scale_length", "arcsec", "stat.error;src.morph.scLength", "1 sigma of Scale_length", |r| r.posterior.scale_rad.err / ARCSEC),
     real("E1", "", "src.ellipticity", "(a-b)/(a+b) cos 2phi, phi from east to north", |r| r.posterior.e1.mean),

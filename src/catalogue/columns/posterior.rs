@@ -16,6 +16,7 @@ pub(in crate::catalogue) const POSTERIOR: &[ColumnDef<PosteriorRow>] = &[
     real("l", "rad", "pos.cartesian.x", "direction cosine l, east of the phase centre", |r| r.source.lm.l),
     real("m", "rad", "pos.cartesian.y", "direction cosine m, north of the phase centre", |r| r.source.lm.m),
     real("flux", "uJy", "phot.flux.density;{band}", "total flux density", |r| r.source.flux_jy / MICROJY),
+    real("spectral_index", "", "spect.index", "spectral index", |r| r.source.tilt),
     real("scale", "arcsec", "src.morph.scLength", "scale-length, harmonic mean of the axes", |r| r.source.scale_rad / ARCSEC),
     real("e1", "", "src.ellipticity", "(a-b)/(a+b) cos 2phi, phi from east to north", |r| r.source.e.e1),
     real("e2", "", "src.ellipticity", "(a-b)/(a+b) sin 2phi, phi from east to north", |r| r.source.e.e2),

@@ -24,6 +24,8 @@ pub struct FoundSamples {
     pub e1: Vec<f64>,
     /// Ellipticity along the diagonal.
     pub e2: Vec<f64>,
+    /// Spectral index; NaN where it was not free.
+    pub spectral_index: Vec<f64>,
 }
 
 /// Reads the samples in `path` and tells each of `rows` which are its own: `Post_row` and `Post_n` of
@@ -60,6 +62,7 @@ pub(super) fn read(
         scale_rad: table.need("scale", Unit::angle("arcsec"))?,
         e1: number("e1")?,
         e2: number("e2")?,
+        spectral_index: table.column_or("spectral_index", Unit::NONE, f64::NAN)?,
     })
 }
 

@@ -10,8 +10,8 @@ use super::term::Centre;
 use super::{Facet, Gains, Look};
 use crate::coords::Lm;
 use crate::likelihood::{Extents, Isa, VisBlock, subtract};
-use crate::rime::Source;
 use crate::rime::shape::Profile;
+use crate::rime::{Ray, Source};
 use num_complex::Complex;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -58,8 +58,8 @@ enum Content {
 struct Grid {
     content: Content,
     centre: Centre,
-    /// Where the factors s of the instrument are those of.
-    look: Lm,
+    /// Whose factors s of the instrument it is filled with.
+    look: Ray,
     target: Target,
     cells: Vec<f32>,
     /// Sources that are added to the data, with their flux density negated.
@@ -67,7 +67,7 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(plan: &FacetPlan, content: Content, centre: Lm, look: Lm) -> Grid {
+    fn new(plan: &FacetPlan, content: Content, centre: Lm, look: Ray) -> Grid {
         let centre = Centre::new(centre);
         Grid {
             content,
@@ -158,7 +158,7 @@ impl FacetBuilder {
     /// If there are not as many lists as facets.
     #[must_use]
     pub fn restoring(mut self, restored: Vec<Vec<Source>>) -> FacetBuilder {
-        let grids = self.grids.chunks_exact_mut(self.plan.looks.len());
+        let grids = self.grids.chunks_exact_mut(self.plan.n_look());
         assert_eq!(restored.len(), grids.len(), "one list a facet");
         for (looks, sources) in grids.zip(restored) {
             let negated = sources.into_iter().map(|source| Source {
@@ -249,7 +249,7 @@ impl FacetBuilder {
         let mut facets: Vec<Facet> = Vec::new();
         for (i, (centre, look)) in looks.into_iter().enumerate() {
             match facets.last_mut() {
-                Some(facet) if i % plan.looks.len() != 0 => facet.looks.push(look),
+                Some(facet) if i % plan.n_look() != 0 => facet.looks.push(look),
                 _ => facets.push(Facet {
                     isa,
                     centre,
@@ -269,7 +269,7 @@ fn data_grids(plan: &FacetPlan, centres: &[Lm]) -> Vec<Grid> {
         _ => Content::Data,
     };
     let grids = |&centre: &Lm| {
-        let looks = plan.looks.places(centre).into_iter();
+        let looks = plan.rays(centre).into_iter();
         looks.map(move |look| Grid::new(plan, content, centre, look))
     };
     centres.iter().flat_map(grids).collect()
@@ -279,9 +279,9 @@ fn data_grids(plan: &FacetPlan, centres: &[Lm]) -> Vec<Grid> {
 fn weight_grids(plan: &FacetPlan, centres: &[Lm]) -> Vec<Grid> {
     let grid = |look| Grid::new(plan, Content::Weights, Lm::default(), look);
     if plan.needs.gains == Gains::None {
-        return vec![grid(Lm::default())];
+        return vec![grid(Ray::default())];
     }
-    let looks = centres.iter().flat_map(|&centre| plan.looks.places(centre));
+    let looks = centres.iter().flat_map(|&centre| plan.rays(centre));
     looks.map(grid).collect()
 }
 

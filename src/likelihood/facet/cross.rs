@@ -6,7 +6,7 @@
 //! grids are those of a facet of twice the side.
 
 use super::evaluate::{PairJob, accumulate_pair};
-use super::{Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetTerm, Gains, Look};
+use super::{Facet, FacetBuilder, FacetNeeds, FacetPlan, FacetTerm, Gains, Look, TiltRange};
 use crate::coords::Lm;
 use crate::likelihood::VisBlock;
 use crate::rime::Source;
@@ -33,6 +33,11 @@ impl CrossFacet {
             gains: match needs.gains {
                 Gains::Followed(most) => Gains::Pairs(most),
                 other => other,
+            },
+            // There the factors of both are multiplied.
+            tilts: TiltRange {
+                half_band_ln: 2.0 * needs.tilts.half_band_ln,
+                ..needs.tilts
             },
             ..needs
         }
@@ -67,7 +72,8 @@ impl CrossFacet {
             }
             share * job.sum
         };
-        (facet.looks.iter().zip(facet.plan.looks.shares(middle)))
+        let tilt = 0.5 * (pair[0].tilt + pair[1].tilt);
+        (facet.looks.iter().zip(facet.plan.shares(middle, tilt)))
             .map(look)
             .sum()
     }

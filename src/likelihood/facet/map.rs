@@ -18,7 +18,7 @@ use super::term::FacetTerm;
 use super::turns::cos_sin;
 use crate::likelihood::Isa;
 use crate::rime::Source;
-use crate::rime::shape::{Ellipticity, Profile};
+use crate::rime::shape::Profile;
 
 /// X of one round shape of unit flux density over a facet, and its Y.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,7 +45,7 @@ impl Facet {
             lm: self.centre.lm,
             flux_jy: 1.0,
             scale_rad,
-            e: Ellipticity::default(),
+            ..Source::default()
         };
         let term = FacetTerm::new(&self.plan, &self.centre, &source);
         let last = self.plan.innermost(term.major_rad);

@@ -18,7 +18,10 @@ use super::fill::CHANNELS;
 use super::looks::{Gains, Looks};
 use super::resample::{CLEAR, Resampler, window};
 use super::spread::{Spread, WIDTH};
+use super::tilts::{TiltRange, Tilts};
+use crate::coords::Lm;
 use crate::likelihood::VisBlock;
+use crate::rime::Ray;
 use crate::rime::shape::Profile;
 use std::f64::consts::PI;
 use std::fmt;
@@ -91,6 +94,8 @@ pub struct FacetNeeds {
     pub w_term_max: f64,
     /// How the factors of the instrument are known.
     pub gains: Gains,
+    /// Spectral indices of the sources that are served.
+    pub tilts: TiltRange,
 }
 
 /// Why there can be no such facet.
@@ -146,6 +151,8 @@ pub struct FacetPlan {
     pub(super) needs: FacetNeeds,
     /// Where the factors of the instrument are worked out.
     pub(super) looks: Looks,
+    /// For which spectral indices.
+    pub(super) tilts: Tilts,
     /// Levels of the pyramid.
     pub(super) levels: usize,
     /// U [wavelength]: the longest baseline as seen from the farthest facet.
@@ -200,6 +207,7 @@ impl FacetPlan {
         let mut plan = FacetPlan {
             needs,
             looks: Looks::new(needs.gains, needs.side_rad, needs.reach.blur)?,
+            tilts: Tilts::new(needs.tilts),
             levels: 1,
             uv_max,
             period_rad,
@@ -229,8 +237,28 @@ impl FacetPlan {
     fn sets(&self) -> usize {
         match self.needs.gains {
             Gains::None => 1,
-            _ => 2 * self.looks.len(),
+            _ => 2 * self.n_look(),
         }
+    }
+
+    /// How many times the samples are looked at, as other factors of the instrument see them.
+    pub(super) fn n_look(&self) -> usize {
+        self.looks.len() * self.tilts.nodes().len()
+    }
+
+    /// These, for a facet about `centre`.
+    pub(super) fn rays(&self, centre: Lm) -> Vec<Ray> {
+        let places = self.looks.places(centre).into_iter();
+        let tilts = self.tilts.nodes();
+        let rays = places.flat_map(|lm| tilts.iter().map(move |&tilt| Ray { lm, tilt }));
+        rays.collect()
+    }
+
+    /// What the value of each counts for a source at `offset` from the centre.
+    pub(super) fn shares(&self, offset: Lm, tilt: f64) -> impl Iterator<Item = f64> {
+        let (places, tilts) = (self.looks.shares(offset), self.tilts.shares(tilt));
+        let n_tilt = self.tilts.nodes().len();
+        (0..self.n_look()).map(move |i| places[i / n_tilt] * tilts[i % n_tilt])
     }
 
     /// Numbers in the fine grids of all levels.

@@ -29,6 +29,7 @@ pub(super) fn needs(side_arcsec: f64, reach: Reach, profile: Profile) -> FacetNe
         profile,
         w_term_max: W_TERM_MAX,
         gains: Gains::None,
+        tilts: TiltRange::default(),
     }
 }
 
@@ -95,6 +96,7 @@ fn add_galaxy(blocks: &mut [VisBlock], lm: Lm, snr: f64) {
         flux_jy: 1.0,
         scale_rad: 1.3 * ARCSEC,
         e: Ellipticity { e1: 0.2, e2: -0.3 },
+        tilt: 0.0,
     };
     let y = xy_batch(blocks, &[galaxy], Profile::Exponential)[0].y;
     galaxy.flux_jy = -snr / y.sqrt();
@@ -128,10 +130,26 @@ pub(super) fn sources(
                 e1: e * cos,
                 e2: e * sin,
             },
+            tilt: 0.0,
         }
     };
     (0..count).map(source).collect()
 }
+
+/// The same sources with all spectral indices of `tilts`.
+fn tilted(mut sources: Vec<Source>, tilts: TiltRange) -> Vec<Source> {
+    let n = sources.len() as f64;
+    for (i, source) in sources.iter_mut().enumerate() {
+        source.tilt = tilts.most * (2.0 * (i as f64 + 0.5) / n - 1.0);
+    }
+    sources
+}
+
+/// Indices that are free by one to either side, over the band of [`meerkat`].
+const FREE: TiltRange = TiltRange {
+    most: 1.0,
+    half_band_ln: 0.406,
+};
 
 /// Largest |Δ ln L| over 1e-4 SNR²/2 + 0.01, the bound asked for, at a flux density that makes the
 /// signal-to-noise ratio of each of `sources` `snr`.
@@ -259,7 +277,7 @@ fn a_map_holds_the_sums_of_a_round_source_at_every_position() {
                         .from_unit(middle(i % n_side), middle(i / n_side)),
                     flux_jy: 1.0,
                     scale_rad,
-                    e: Ellipticity::default(),
+                    ..Source::default()
                 };
                 let xy = facet.xy_batch(&[source])[0];
                 // The map has the shape that the middle of the facet sees.
@@ -471,24 +489,31 @@ fn factors_of_the_instrument_are_followed_over_a_facet() {
         m: -0.0086,
     };
     let blocks = meerkat(40);
-    let needs = |side_arcsec| FacetNeeds {
+    let fixed = TiltRange::default();
+    let needs = |side_arcsec, tilts| FacetNeeds {
         gains: Gains::Followed(GAIN_TERM_MAX),
         farthest: 0.02,
+        tilts,
         ..needs(side_arcsec, reach(&blocks), Profile::Exponential)
     };
-    let Err(FacetError::Gains { largest_rad, .. }) = FacetPlan::new(needs(200.0)) else {
+    let Err(FacetError::Gains { largest_rad, .. }) = FacetPlan::new(needs(200.0, fixed)) else {
         panic!("200 arcsec are too large")
     };
-    for (side_arcsec, n_look) in [(20.0, 3), (0.999 * largest_rad / ARCSEC, 6)] {
-        let plan = Arc::new(FacetPlan::new(needs(side_arcsec)).unwrap());
-        assert_eq!(plan.looks.len(), n_look, "{side_arcsec}");
+    let widest_arcsec = 0.999 * largest_rad / ARCSEC;
+    for (side_arcsec, tilts, n_look) in [
+        (20.0, fixed, 3),
+        (20.0, FREE, 12),
+        (widest_arcsec, fixed, 6),
+    ] {
+        let plan = Arc::new(FacetPlan::new(needs(side_arcsec, tilts)).unwrap());
+        assert_eq!(plan.n_look(), n_look, "{side_arcsec}");
         let region = Region::square(centre, side_arcsec * ARCSEC);
         for snr in [10.0, 30.0, 100.0] {
             let mut blocks = blocks.clone();
             add_galaxy(&mut blocks, region.from_unit(0.7, 0.4), snr);
             let facet = &build(&plan, &[centre], &blocks)[0];
             assert!(facet.weights().is_none());
-            let sources = sources(&region, 60, [0.5, 5.0], 0.6);
+            let sources = tilted(sources(&region, 60, [0.5, 5.0], 0.6), tilts);
             // Up to 0.5.
             let worst = worst(facet, &blocks, &sources, snr);
             assert!(worst < 1.0, "{side_arcsec}, {snr}: {worst}");
@@ -506,13 +531,15 @@ fn pairs_in_a_facet_have_the_factors_of_both() {
     let needs = FacetNeeds {
         gains: Gains::Followed(GAIN_TERM_MAX),
         farthest: 0.02,
+        tilts: FREE,
         ..needs(10.0, reach(&blocks), Profile::Exponential)
     };
     let plan = Arc::new(FacetPlan::new(CrossFacet::needs(needs)).unwrap());
     let mut builder = CrossBuilder::new(plan, &[centre]);
     builder.add(&blocks);
     let facet = builder.finish().remove(0);
-    let sources = sources(&Region::square(centre, 10.0 * ARCSEC), 20, [0.5, 5.0], 0.6);
+    let region = Region::square(centre, 10.0 * ARCSEC);
+    let sources = tilted(sources(&region, 20, [0.5, 5.0], 0.6), FREE);
     for pair in sources.chunks(2).map(|two| [two[0], two[1]]) {
         let exact: f64 = (blocks.iter())
             .map(|b| crate::likelihood::plain_cross(b, &pair, Profile::Exponential))

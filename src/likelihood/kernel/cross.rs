@@ -6,11 +6,10 @@ use super::portable::{exponential, gaussian};
 use super::slow;
 use super::term::SourceTerm;
 use super::tile::{LANES, TILE, Tile};
-use crate::coords::Lm;
 use crate::likelihood::VisBlock;
 use crate::likelihood::extents::Gain;
-use crate::rime::Source;
 use crate::rime::shape::Profile;
+use crate::rime::{Ray, Source};
 use std::f64::consts::TAU;
 
 /// Two sources of unit flux density, ready for the kernels.
@@ -19,7 +18,7 @@ pub struct PairTerm {
     /// The first one with the phase of the first less that of the second.
     first: SourceTerm,
     second: SourceTerm,
-    places: [Lm; 2],
+    rays: [Ray; 2],
 }
 
 impl PairTerm {
@@ -34,13 +33,13 @@ impl PairTerm {
                 ..a
             },
             second: b,
-            places: [first.lm, second.lm],
+            rays: [first.ray(), second.ray()],
         }
     }
 
-    /// Where the two are.
-    pub(super) fn places(&self) -> [Lm; 2] {
-        self.places
+    /// What the instrument makes the factors of both of.
+    pub(super) fn rays(&self) -> [Ray; 2] {
+        self.rays
     }
 }
 

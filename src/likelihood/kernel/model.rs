@@ -24,7 +24,7 @@ impl Model {
             term: SourceTerm::new(source, *profile),
             flux_jy: source.flux_jy as f32,
             source: *source,
-            gain: extents.gain(source.lm),
+            gain: extents.gain(source.ray()),
         }
     }
 }

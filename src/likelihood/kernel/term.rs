@@ -1,8 +1,8 @@
 //! What a kernel needs to know of a source.
 
 use crate::coords::Lm;
-use crate::rime::Source;
 use crate::rime::shape::{Profile, QuadraticForm};
+use crate::rime::{Ray, Source};
 use std::f64::consts::{LOG2_E, PI};
 
 /// A source of unit flux density, ready for the kernels.
@@ -24,14 +24,19 @@ pub struct SourceTerm {
     pub(super) across: [f32; 2],
     /// Which function of Q.
     pub(super) profile: Profile,
+    /// As in [`Source`].
+    pub(super) tilt: f64,
 }
 
 impl SourceTerm {
-    /// Where the source is.
-    pub(super) fn place(&self) -> Lm {
-        Lm {
-            l: self.l,
-            m: self.m,
+    /// What the instrument makes its factors of.
+    pub(super) fn ray(&self) -> Ray {
+        Ray {
+            lm: Lm {
+                l: self.l,
+                m: self.m,
+            },
+            tilt: self.tilt,
         }
     }
 
@@ -63,6 +68,7 @@ impl SourceTerm {
             along: [p, r, -(p * slope_u + r * slope_v)].map(|x| x as f32),
             across: [s, -s * slope_v].map(|x| x as f32),
             profile,
+            tilt: source.tilt,
         }
     }
 }
