@@ -9,6 +9,7 @@ mod cross;
 mod evaluate;
 mod faint;
 mod ingest;
+mod memo;
 mod noise;
 mod open;
 mod overview;

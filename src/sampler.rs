@@ -10,7 +10,7 @@
 //!     -> modes(): the same for every mode, with its posterior samples
 //!     -> insertion_test(), log_z_err_bootstrap(), efficiency(), live_history(), health(): is it to be trusted?
 //!     -> merge(): several runs as one
-//! Population: the same protocol, where a posterior of one piece is roughly known -> Draws
+//! Population, Blocks: the same protocol, where a posterior of one piece is roughly known -> Draws
 //! ```
 //!
 //! # Examples
@@ -37,6 +37,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod blocks;
 mod bound;
 mod diagnostics;
 mod evidence;
@@ -51,13 +52,14 @@ mod run;
 mod slice;
 mod student;
 
+pub use blocks::{Blocks, BlocksConfig};
 pub use bound::Ellipsoid;
 pub use diagnostics::{Health, InsertionTest, ModeHistory};
 pub use evidence::Evidence;
 pub use merge::MergeError;
 pub use modes::ModeSummary;
 pub use multinest::{MultiNest, MultiNestConfig};
-pub use population::{Draws, Population, PopulationConfig};
+pub use population::{Population, PopulationConfig};
 pub use run::{RunError, run};
 pub use slice::{Slice, SliceConfig};
 
@@ -87,6 +89,42 @@ pub trait Sampler: Send {
 
     /// Ends the run: the live points become dead points.
     fn finish(self: Box<Self>) -> NestedRun;
+}
+
+/// A sampler of a posterior of one piece that is roughly known, driven like a [`Sampler`].
+pub trait PosteriorSampler: Send {
+    /// Points to evaluate next, axes (point, dimension); empty when the run is finished.
+    fn ask(&mut self) -> &[f64];
+
+    /// Takes ln L of the points of the last `ask`.
+    ///
+    /// # Errors
+    /// Wrong number of values, or NaN.
+    fn tell(&mut self, log_l: &[f64]) -> Result<(), SamplerError>;
+
+    /// The draws; none of them if the run is not finished.
+    fn finish(self: Box<Self>) -> Draws;
+}
+
+/// What a [`PosteriorSampler`] leaves: weighted draws.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Draws {
+    /// Points in the unit cube, axes (point, dimension).
+    pub u: Vec<f64>,
+    /// ln L of each.
+    pub log_l: Vec<f64>,
+    /// Posterior weight of each, summing to one.
+    pub weight: Vec<f64>,
+    /// ln of the evidence, if the sampler brings it.
+    pub log_z: Option<f64>,
+    /// Effective number of points.
+    pub ess: f64,
+    /// Index of the tail of the weights; none if they have no tail.
+    pub tail_index: Option<f64>,
+    /// Likelihood evaluations, all included.
+    pub n_eval: u64,
+    /// There are enough effective points, and the sampler's own test of them has passed.
+    pub is_converged: bool,
 }
 
 /// Where a run stands.

@@ -1,11 +1,13 @@
 //! Several sources together: what they have in common, and regions in which they are looked at.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
 use super::answers::Question;
+use super::memo::Memo;
 use super::views::{POINTS_PER_TASK, ask_views};
 use super::{Dataset, DatasetError, View, ViewRequest};
 use crate::likelihood::facet::{CrossBuilder, CrossFacet, FacetPlan};
@@ -23,6 +25,29 @@ pub struct JointView {
     is_exact: bool,
     /// None inside: what they have in common is summed over all samples.
     cross: OnceLock<Option<CrossFacet>>,
+    /// Sums at unit flux density: those of the members, and of pairs. Points beside each other have most
+    /// of their sources in common.
+    known: RefCell<Known>,
+}
+
+#[derive(Debug, Default)]
+struct Known {
+    xy: Vec<Memo<UnitKey, Xy>>,
+    cross: Memo<[UnitKey; 2], f64>,
+}
+
+/// Sources with the same one look the same at unit flux density.
+type UnitKey = [u64; 6];
+
+fn unit_key(source: &Source) -> UnitKey {
+    let Source {
+        lm,
+        scale_rad,
+        e,
+        tilt,
+        ..
+    } = source;
+    [lm.l, lm.m, *scale_rad, e.e1, e.e2, *tilt].map(f64::to_bits)
 }
 
 impl JointView {
@@ -31,6 +56,10 @@ impl JointView {
         Self {
             united: united(&requests),
             is_exact: requests.iter().any(|request| request.is_exact),
+            known: RefCell::new(Known {
+                xy: requests.iter().map(|_| Memo::default()).collect(),
+                cross: Memo::default(),
+            }),
             members: requests.into_iter().map(View::new).collect(),
             cross: OnceLock::new(),
         }
@@ -145,17 +174,7 @@ impl Dataset {
         &mut self,
         jobs: &[(&JointView, &[Source])],
     ) -> Result<Vec<Vec<f64>>, DatasetError> {
-        let by_member: Vec<Vec<Source>> = jobs
-            .iter()
-            .flat_map(|(view, points)| {
-                let count = view.members.len();
-                (0..count).map(move |i| points.iter().skip(i).step_by(count).copied().collect())
-            })
-            .collect();
-        let views = jobs.iter().flat_map(|(view, _)| &view.members);
-        let single: Vec<(&View, &[Source])> =
-            views.zip(by_member.iter().map(Vec::as_slice)).collect();
-        let mut xy = self.sum_views(&single)?.into_iter();
+        let mut xy = self.xy_of_views(jobs)?.into_iter();
         let cross = self.cross_of_views(jobs)?;
         let log_l = |((view, points), cross): (&(&JointView, &[Source]), Vec<f64>)| {
             let count = view.members.len();
@@ -170,26 +189,52 @@ impl Dataset {
         Ok(jobs.iter().zip(cross).map(log_l).collect())
     }
 
+    /// X and Y of all points of every member of each view.
+    fn xy_of_views(
+        &mut self,
+        jobs: &[(&JointView, &[Source])],
+    ) -> Result<Vec<Vec<Xy>>, DatasetError> {
+        let mut asked = Vec::new();
+        for (view, points) in jobs {
+            for (i, memo) in view.known.borrow_mut().xy.iter_mut().enumerate() {
+                let of_member = points.iter().skip(i).step_by(view.members.len());
+                asked.push(memo.ask(of_member.copied(), unit_key));
+            }
+        }
+        let views = jobs.iter().flat_map(|(view, _)| &view.members);
+        let wanted = asked.iter().map(|asked| asked.wanted.as_slice());
+        let sums = self.sum_views(&views.zip(wanted).collect::<Vec<_>>())?;
+        let mut answers = asked.iter().zip(&sums);
+        let mut xy = Vec::with_capacity(asked.len());
+        for (view, _) in jobs {
+            let mut known = view.known.borrow_mut();
+            for (memo, (asked, sums)) in known.xy.iter_mut().zip(answers.by_ref()) {
+                xy.push(memo.complete(asked, sums));
+            }
+        }
+        Ok(xy)
+    }
+
     /// Y_ij of all pairs in all points of each view: by facets, and by one pass for all others.
     fn cross_of_views(
         &mut self,
         jobs: &[(&JointView, &[Source])],
     ) -> Result<Vec<Vec<f64>>, DatasetError> {
-        let wanted: Vec<Vec<[Source; 2]>> = jobs
-            .iter()
-            .map(|(view, points)| {
-                let count = view.members.len();
-                let of_point = |p: &[Source]| pairs(count).map(|[i, j]| [p[i], p[j]]).collect();
-                let points = points.chunks_exact(count);
-                points.flat_map(|p| -> Vec<_> { of_point(p) }).collect()
-            })
-            .collect();
         let evaluated = jobs.iter().filter(|(_, points)| !points.is_empty());
         self.make_cross_ready(&evaluated.map(|(view, _)| *view).collect::<Vec<_>>())?;
-        let all = || jobs.iter().map(|(view, _)| *view).zip(&wanted);
+        let ask = |(view, points): &(&JointView, &[Source])| {
+            let count = view.members.len();
+            let pairs_of = |p: &[Source]| pairs(count).map(|[i, j]| [p[i], p[j]]).collect();
+            let points = points.chunks_exact(count);
+            let all = points.flat_map(|p| -> Vec<[Source; 2]> { pairs_of(p) });
+            let mut known = view.known.borrow_mut();
+            known.cross.ask(all, |pair| pair.each_ref().map(unit_key))
+        };
+        let asked: Vec<_> = jobs.iter().map(ask).collect();
+        let all = || jobs.iter().map(|(view, _)| *view).zip(&asked);
         let without: Vec<[Source; 2]> = all()
             .filter(|(view, _)| view.cross().is_none())
-            .flat_map(|(_, wanted)| wanted.iter().copied())
+            .flat_map(|(_, asked)| asked.wanted.iter().copied())
             .collect();
         let mut summed = self.sum_cross(&without)?.into_iter();
         let by_facet = |facet: &CrossFacet, wanted: &[[Source; 2]]| -> Vec<f64> {
@@ -198,9 +243,12 @@ impl Dataset {
                 .flat_map_iter(|pairs| facet.cross_batch(pairs))
                 .collect()
         };
-        let sums = all().map(|(view, wanted)| match view.cross() {
-            Some(facet) => by_facet(facet, wanted),
-            None => summed.by_ref().take(wanted.len()).collect(),
+        let sums = all().map(|(view, asked)| {
+            let sums: Vec<f64> = match view.cross() {
+                Some(facet) => by_facet(facet, &asked.wanted),
+                None => summed.by_ref().take(asked.wanted.len()).collect(),
+            };
+            view.known.borrow_mut().cross.complete(asked, &sums)
         });
         Ok(sums.collect())
     }

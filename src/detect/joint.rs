@@ -13,7 +13,7 @@ use super::{DetectError, Mode, ModeSample, Observer};
 use crate::dataset::{Dataset, JointView, ViewRequest};
 use crate::prior::Region;
 use crate::rime::Source;
-use crate::sampler::{Draws, Population, PopulationConfig};
+use crate::sampler::{Blocks, BlocksConfig, Draws, Population, PopulationConfig, PosteriorSampler};
 
 /// Couplings above this one make a region no wider.
 const MOST_COUPLING: f64 = 0.97;
@@ -28,6 +28,28 @@ const LEAST_ESS: f64 = 400.0;
 const FEWEST_ESS: f64 = 30.0;
 /// Times that a group is sampled before it is left as it was.
 const MOST_ATTEMPTS: u64 = 4;
+
+/// The same where chains draw, of the coordinate that has fewest.
+const LEAST_CHAIN_ESS: f64 = 200.0;
+/// Weighted draws are for groups of at most so many; these get chains from this attempt on.
+const MOST_WEIGHTED: usize = 3;
+const FIRST_ATTEMPT_BY_CHAINS: u64 = 2;
+
+/// How groups are sampled.
+#[derive(Debug, Clone, Copy)]
+struct How {
+    attempt: u64,
+    /// By all visibilities.
+    is_exact: bool,
+}
+
+impl How {
+    /// Chains take thousands of steps, each of which would be a pass over all visibilities.
+    fn is_by_chains(self, n_member: usize) -> bool {
+        let is_hard = n_member > MOST_WEIGHTED || self.attempt >= FIRST_ATTEMPT_BY_CHAINS;
+        is_hard && !self.is_exact
+    }
+}
 
 /// Who was sampled with whom.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -123,8 +145,9 @@ impl Refinement<'_> {
                 seed: stream_seed(self.seed, [6, attempt, 0]),
                 ..*self
             };
+            let how = How { attempt, is_exact };
             let sampled =
-                refinement.sample_groups(dataset, sources, &poor, couplings, is_exact, observer)?;
+                refinement.sample_groups(dataset, sources, &poor, couplings, how, observer)?;
             poor.retain(|group| !sampled.contains(group));
             good.extend(sampled);
         }
@@ -142,7 +165,7 @@ impl Refinement<'_> {
         sources: &mut [Found],
         groups: &[Vec<usize>],
         couplings: &[Coupling],
-        is_exact: bool,
+        how: How,
         observer: &mut dyn Observer,
     ) -> Result<Vec<Vec<usize>>, DetectError> {
         let mut converged = Vec::new();
@@ -155,16 +178,20 @@ impl Refinement<'_> {
                 let request = |region: &Region| ViewRequest {
                     region: *region,
                     restored: restored.clone(),
-                    is_exact,
+                    is_exact: how.is_exact,
                 };
                 regions.iter().map(request).collect::<Vec<_>>()
             };
             let requests = groups.iter().zip(&regions).map(request);
             let views: Vec<JointView> = requests.map(JointView::new).collect();
-            let start = |(group, (regions, view)): (&Vec<usize>, _)| {
-                self.start(sources, group, regions, view)
-            };
-            let together = groups.iter().zip(regions.into_iter().zip(views));
+            let start =
+                |((group, regions), view): ((&Vec<usize>, Vec<Region>), JointView)| Active {
+                    sampler: self.sampler(sources, group, &regions, couplings, how),
+                    group: group.clone(),
+                    regions,
+                    view,
+                };
+            let together = groups.iter().zip(regions).zip(views);
             let mut active: Vec<Active> = together.map(start).collect();
             self.sample(dataset, &mut active)?;
             for active in active {
@@ -186,35 +213,45 @@ impl Refinement<'_> {
         group.iter().map(region).collect()
     }
 
-    /// A sampler that starts from independent samples of the members.
-    fn start(
+    /// A sampler that starts from independent samples of the members: weighted draws for few of them, chains for
+    /// many, whose steps do not all change all of ln L.
+    fn sampler(
         &self,
         sources: &[Found],
         group: &[usize],
-        regions: Vec<Region>,
-        view: JointView,
-    ) -> Active {
+        regions: &[Region],
+        couplings: &[Coupling],
+        how: How,
+    ) -> Box<dyn PosteriorSampler> {
         let seed = stream_seed(self.seed, [group[0] as u64, group.len() as u64, 0]);
         let mut rng = ChaCha8Rng::seed_from_u64(stream_seed(seed, [0, 0, 0]));
         let mut seeds = Vec::with_capacity(N_SEED * self.prior.n_dim() * group.len());
         for _ in 0..N_SEED {
-            for (&i, region) in group.iter().zip(&regions) {
+            for (&i, region) in group.iter().zip(regions) {
                 let source = draw(&sources[i].mode.samples, rng.random());
                 seeds.extend(self.prior.unit(region, &source));
             }
         }
+        let (block_dim, n_block) = (self.prior.n_dim(), group.len());
+        if how.is_by_chains(n_block) {
+            let member = |i: usize| group.iter().position(|&j| j == i);
+            let inside = |c: &Coupling| Some([member(c.pair[0])?, member(c.pair[1])?]);
+            let config = BlocksConfig {
+                block_dim,
+                n_block,
+                pairs: couplings.iter().filter_map(inside).collect(),
+                least_ess: LEAST_CHAIN_ESS,
+                seed,
+            };
+            return Box::new(Blocks::new(config, &seeds));
+        }
         let config = PopulationConfig {
-            n_dim: self.prior.n_dim() * group.len(),
+            n_dim: block_dim * n_block,
             n_draw: N_DRAW,
             least_ess: LEAST_ESS,
             seed,
         };
-        Active {
-            group: group.to_vec(),
-            regions,
-            view,
-            sampler: Population::new(config, &seeds),
-        }
+        Box::new(Population::new(config, &seeds))
     }
 
     /// Runs the samplers side by side until all are finished.
@@ -280,7 +317,7 @@ struct Active {
     group: Vec<usize>,
     regions: Vec<Region>,
     view: JointView,
-    sampler: Population,
+    sampler: Box<dyn PosteriorSampler>,
 }
 
 /// The sources at `u`, one for each region and point.

@@ -1,9 +1,11 @@
 //! Whether a run can be trusted: functions of its dead points.
 
+mod chains;
 mod health;
 mod insertion;
 mod threads;
 
+pub(super) use chains::{chain_ess, split_r_hat};
 pub use health::Health;
 pub use insertion::InsertionTest;
 

@@ -9,9 +9,9 @@
 //! Population Monte Carlo: Cappé, Guillin, Marin & Robert 2004 (J. Comput. Graph. Stat. 13, 907);
 //! weights that are flattened while the fit is poor: Koblents & Míguez 2015 (Stat. Comput. 25, 407).
 
-use super::SamplerError;
 use super::pareto::{RELIABLE, tail_index};
 use super::student::{Student, moments};
+use super::{Draws, PosteriorSampler, SamplerError};
 use crate::normal;
 use nalgebra::DVector;
 use rand::SeedableRng;
@@ -70,28 +70,6 @@ enum Stage {
     Finished,
 }
 
-/// What a [`Population`] leaves: independent, weighted draws.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Draws {
-    /// Points in the unit cube, axes (point, dimension).
-    pub u: Vec<f64>,
-    /// ln L of each.
-    pub log_l: Vec<f64>,
-    /// Posterior weight of each, summing to one.
-    pub weight: Vec<f64>,
-    /// ln of the evidence.
-    pub log_z: f64,
-    /// Effective number of points, (Σw)²/Σw².
-    pub ess: f64,
-    /// Index of the tail of the weights; none if they have no tail.
-    pub tail_index: Option<f64>,
-    /// Likelihood evaluations, those of the fit included.
-    pub n_eval: u64,
-    /// There are enough effective points, and no tail that makes the weights unreliable: what
-    /// split R-hat is to chains, this is to independent draws.
-    pub is_converged: bool,
-}
-
 impl Population {
     /// A sampler that starts from `seeds`, points of the unit cube, axes (point, dimension), spread
     /// roughly as the posterior.
@@ -115,49 +93,6 @@ impl Population {
             },
             n_eval: 0,
             draws: Draws::default(),
-        }
-    }
-
-    /// Points to evaluate next, axes (point, dimension); empty when the run is finished.
-    pub fn ask(&mut self) -> &[f64] {
-        if self.z.is_empty() {
-            let n = match self.stage {
-                Stage::Fitting { .. } => POINTS_PER_DIM * self.config.n_dim,
-                Stage::Drawing => self.config.n_draw,
-                Stage::Finished => 0,
-            };
-            self.propose(n);
-        }
-        &self.u
-    }
-
-    /// Takes ln L of the points of the last [`Population::ask`].
-    ///
-    /// # Errors
-    /// Wrong number of values, or NaN.
-    pub fn tell(&mut self, log_l: &[f64]) -> Result<(), SamplerError> {
-        if log_l.len() != self.z.len() || log_l.iter().any(|l| l.is_nan()) {
-            let what = format!("{} numbers for {} points", log_l.len(), self.z.len());
-            return Err(SamplerError::Protocol(what));
-        }
-        self.n_eval += log_l.len() as u64;
-        let log_w: Vec<f64> = (self.log_ratio.iter().zip(log_l))
-            .map(|(r, l)| r + l)
-            .collect();
-        match self.stage {
-            Stage::Fitting { round, share } => self.fit(&log_w, round, share),
-            _ => self.keep(log_l, &log_w),
-        }
-        self.z.clear();
-        self.u.clear();
-        Ok(())
-    }
-
-    /// The draws; none of them if the run is not finished.
-    pub fn finish(self) -> Draws {
-        Draws {
-            n_eval: self.n_eval,
-            ..self.draws
         }
     }
 
@@ -203,13 +138,52 @@ impl Population {
         self.draws = Draws {
             u: std::mem::take(&mut self.u),
             log_l: log_l.to_vec(),
-            log_z: top + (sum / log_w.len() as f64).ln(),
+            log_z: Some(top + (sum / log_w.len() as f64).ln()),
             ess,
             tail_index,
             n_eval: 0,
             is_converged: ess >= self.config.least_ess && tail_index.is_none_or(|k| k < RELIABLE),
             weight,
         };
+    }
+}
+
+impl PosteriorSampler for Population {
+    fn ask(&mut self) -> &[f64] {
+        if self.z.is_empty() {
+            let n = match self.stage {
+                Stage::Fitting { .. } => POINTS_PER_DIM * self.config.n_dim,
+                Stage::Drawing => self.config.n_draw,
+                Stage::Finished => 0,
+            };
+            self.propose(n);
+        }
+        &self.u
+    }
+
+    fn tell(&mut self, log_l: &[f64]) -> Result<(), SamplerError> {
+        if log_l.len() != self.z.len() || log_l.iter().any(|l| l.is_nan()) {
+            let what = format!("{} numbers for {} points", log_l.len(), self.z.len());
+            return Err(SamplerError::Protocol(what));
+        }
+        self.n_eval += log_l.len() as u64;
+        let log_w: Vec<f64> = (self.log_ratio.iter().zip(log_l))
+            .map(|(r, l)| r + l)
+            .collect();
+        match self.stage {
+            Stage::Fitting { round, share } => self.fit(&log_w, round, share),
+            _ => self.keep(log_l, &log_w),
+        }
+        self.z.clear();
+        self.u.clear();
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Draws {
+        Draws {
+            n_eval: self.n_eval,
+            ..self.draws
+        }
     }
 }
 

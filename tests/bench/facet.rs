@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::time::Instant;
 use vis2cat::coords::Lm;
 use vis2cat::likelihood::facet::{
-    Facet, FacetBuilder, FacetNeeds, FacetPlan, Gains, Reach, W_TERM_MAX,
+    Facet, FacetBuilder, FacetNeeds, FacetPlan, Gains, Reach, TiltRange, W_TERM_MAX,
 };
 use vis2cat::likelihood::{VisBlock, subtract, xy_batch};
 use vis2cat::prior::Region;
@@ -97,6 +97,7 @@ fn add_sources(blocks: &mut [VisBlock], regions: &[Region], side: f64) {
                 flux_jy: 1.0,
                 scale_rad: 1.3 * ARCSEC,
                 e: Ellipticity { e1: 0.2, e2: -0.3 },
+                tilt: 0.0,
             };
             let galaxy = with_snr(blocks, galaxy, 140.0);
             let negative = Source {
@@ -130,6 +131,7 @@ fn sources(region: &Region, count: usize, scale_arcsec: [f64; 2], e: [f64; 2]) -
                     e1: e * cos,
                     e2: e * sin,
                 },
+                tilt: 0.0,
             }
         })
         .collect()
@@ -251,7 +253,9 @@ fn main() {
         longest_axis_rad: 10.0 / 0.196 * ARCSEC,
         profile: Profile::Exponential,
         w_term_max: W_TERM_MAX,
+        TiltRange,
         gains: Gains::None,
+        tilts: TiltRange::default(),
     });
     let plan = Arc::new(plan.expect("a facet of this size"));
     println!("{plan}");

@@ -1,6 +1,7 @@
 //! Which sampler for sources that overlap: blends of 2, 5 and 10 components, 12 to 60 dimensions.
 //!
-//! `cargo bench --bench groups [-- COUNT]` prints, for population Monte Carlo,
+//! `cargo bench --bench groups [-- COUNT]` prints, for population Monte Carlo, chains by blocks (a call: as many
+//! of the n (n + 1)/2 sums of single components and pairs as ln L is made of, as far as they are new),
 //! nested slices (d or 3 d a point) and NUTS with analytic slopes (a call: ln L and slope): calls, effective
 //! draws, calls for each of these, and how far the marginals are from those of a NUTS run ten times as long:
 //! the largest error of a mean in sigma, and the largest relative error of a sigma, over all parameters.
@@ -17,13 +18,15 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::cell::Cell;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 use std::rc::Rc;
 use std::time::Instant;
 use vis2cat::sampler::problems::Blend;
-use vis2cat::sampler::{Population, PopulationConfig, Slice, SliceConfig, run};
+use vis2cat::sampler::{
+    Blocks, BlocksConfig, Population, PopulationConfig, PosteriorSampler, Slice, SliceConfig, run,
+};
 
 /// Parameters of a component.
 const N_PARAM: usize = 6;
@@ -34,6 +37,7 @@ const N_NUTS: usize = 1000;
 const N_SEED: usize = 1000;
 const N_DRAW: usize = 4000;
 const LEAST_ESS: f64 = 400.0;
+const LEAST_CHAIN_ESS: f64 = 200.0;
 const N_LIVE: usize = 100;
 
 fn main() {
@@ -51,8 +55,9 @@ fn main() {
         let laplace = Laplace::new(&blend);
         let reference = nuts(&blend, &laplace, 10 * N_NUTS, 99);
         for seed in 1..=3 {
-            let samplers: [(&str, &dyn Fn() -> Sample); 4] = [
+            let samplers: [(&str, &dyn Fn() -> Sample); 5] = [
                 ("population", &|| population(&blend, &laplace, seed)),
+                ("blocks", &|| blocks(&blend, &laplace, seed)),
                 ("slices, d", &|| slices(&blend, 1, seed)),
                 ("slices, 3 d", &|| slices(&blend, 3, seed)),
                 ("with slopes", &|| nuts(&blend, &laplace, N_NUTS, seed)),
@@ -188,12 +193,51 @@ fn population(blend: &Blend, laplace: &Laplace, seed: u64) -> Sample {
         let log_l: Vec<f64> = u.chunks_exact(n_dim).map(|u| blend.log_l(u)).collect();
         sampler.tell(&log_l).expect("numbers");
     }
-    let draws = sampler.finish();
+    let draws = Box::new(sampler).finish();
     Sample {
         u: draws.u.chunks_exact(n_dim).map(<[f64]>::to_vec).collect(),
         weight: draws.weight,
         ess: draws.ess,
         n_eval: draws.n_eval,
+    }
+}
+
+fn blocks(blend: &Blend, laplace: &Laplace, seed: u64) -> Sample {
+    let n_dim = blend.n_dim();
+    let n_block = n_dim / N_PARAM;
+    let config = BlocksConfig {
+        block_dim: N_PARAM,
+        n_block,
+        pairs: (1..n_block).map(|b| [b - 1, b]).collect(),
+        least_ess: LEAST_CHAIN_ESS,
+        seed,
+    };
+    let seeds = laplace.seeds(seed);
+    let mut sampler = Blocks::new(config, &seeds);
+    let (mut singles, mut pairs) = (HashSet::new(), HashSet::new());
+    loop {
+        let u = sampler.ask();
+        if u.is_empty() {
+            break;
+        }
+        for u in u.chunks_exact(n_dim) {
+            let bits = |u: &[f64]| u.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+            let keys: Vec<Vec<u64>> = u.chunks_exact(N_PARAM).map(bits).collect();
+            for (i, a) in keys.iter().enumerate() {
+                singles.insert(a.clone());
+                pairs.extend(keys[..i].iter().map(|b| (b.clone(), a.clone())));
+            }
+        }
+        let log_l: Vec<f64> = u.chunks_exact(n_dim).map(|u| blend.log_l(u)).collect();
+        sampler.tell(&log_l).expect("numbers");
+    }
+    let draws = Box::new(sampler).finish();
+    let n_sum = singles.len() + pairs.len();
+    Sample {
+        u: draws.u.chunks_exact(n_dim).map(<[f64]>::to_vec).collect(),
+        weight: draws.weight,
+        ess: draws.ess,
+        n_eval: (n_sum / (n_block * (n_block + 1) / 2)) as u64,
     }
 }
 

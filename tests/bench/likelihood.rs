@@ -59,6 +59,7 @@ fn sources(count: usize) -> Vec<Source> {
                 e1: 0.5 * (2.0 * spread(i, 23f64.sqrt()) - 1.0),
                 e2: 0.5 * (2.0 * spread(i, 29f64.sqrt()) - 1.0),
             },
+            tilt: 0.0,
         })
         .collect()
 }
