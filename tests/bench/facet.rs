@@ -253,7 +253,6 @@ fn main() {
         longest_axis_rad: 10.0 / 0.196 * ARCSEC,
         profile: Profile::Exponential,
         w_term_max: W_TERM_MAX,
-        TiltRange,
         gains: Gains::None,
         tilts: TiltRange::default(),
     });
