@@ -270,3 +270,74 @@ impl Explored {
         (self.region.area() / field.area()).ln() + self.window.log_volume()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::Progress;
+
+    /// Cannot go on, or brings one point for ever.
+    struct Fake {
+        is_stuck: bool,
+        u: [f64; 6],
+    }
+
+    impl Sampler for Fake {
+        fn ask(&mut self) -> Result<&[f64], SamplerError> {
+            if self.is_stuck {
+                return Err(SamplerError::Stalled {
+                    n_eval: 1,
+                    log_l: 0.0,
+                    advice: String::new(),
+                });
+            }
+            Ok(&self.u)
+        }
+
+        fn tell(&mut self, _log_l: &[f64]) -> Result<(), SamplerError> {
+            Ok(())
+        }
+
+        fn progress(&self) -> Progress {
+            Progress::default()
+        }
+
+        fn finish(self: Box<Self>) -> NestedRun {
+            NestedRun::default()
+        }
+    }
+
+    fn fake(settings: SamplerSettings) -> Result<Box<dyn Sampler>, SamplerError> {
+        let is_stuck = settings.task != Task::AnyPosterior;
+        let u = [0.5; 6];
+        Ok(Box::new(Fake { is_stuck, u }))
+    }
+
+    #[test]
+    fn another_sampler_takes_over_where_one_is_stuck_with_a_posterior() {
+        let region = Region::square(crate::coords::Lm::default(), 1e-4);
+        let start = |task| {
+            let target = Target {
+                region,
+                window: Window::FULL,
+                restored: Vec::new(),
+                is_exact: false,
+                sampler: SamplerSettings {
+                    n_dim: 6,
+                    n_live: 10,
+                    task,
+                    seed: 1,
+                },
+            };
+            start(&fake, vec![(0, target)]).unwrap().remove(0)
+        };
+        let mut posterior = start(Task::Posterior);
+        assert_eq!(posterior.ask(&fake).unwrap(), [0.5; 6]);
+        assert_eq!(posterior.target.sampler.task, Task::AnyPosterior);
+        assert!(!posterior.is_unfinished);
+        // A search ends with what it has.
+        let mut search = start(Task::Search);
+        assert!(search.ask(&fake).unwrap().is_empty());
+        assert!(search.is_unfinished);
+    }
+}

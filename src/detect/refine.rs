@@ -369,3 +369,60 @@ fn scatter(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / n;
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::coords::Lm;
+    use crate::detect::mode::ModeSample;
+
+    /// A mode at the phase centre whose position scatters by `sigma_rad`.
+    fn mode(sigma_rad: f64) -> Mode {
+        let sample = |side: f64| ModeSample {
+            source: Source {
+                lm: Lm {
+                    l: side * sigma_rad,
+                    m: 0.0,
+                },
+                flux_jy: 1e-5,
+                scale_rad: 3e-6,
+                ..Source::default()
+            },
+            log_l: 10.0,
+            weight: 0.5,
+        };
+        Mode::new(0, vec![sample(-1.0), sample(1.0)], 0.0, 0.1)
+    }
+
+    #[test]
+    fn the_region_of_a_source_follows_its_posterior_up_to_a_few_beams() {
+        let prior = Config::default().source_prior();
+        let field = Region::square(Lm::default(), 0.01);
+        let beam_rad = 4e-6;
+        let refinement = Refinement {
+            field: &field,
+            prior: &prior,
+            factory: &|_| unreachable!("nothing is sampled"),
+            beam_rad,
+            n_live_draft: 1,
+            n_live: 1,
+            seed: 1,
+        };
+        let half_of = |sigma_rad: f64, widening: f64| {
+            let mut mode = mode(sigma_rad);
+            mode.best_xy = crate::likelihood::Xy { x: 1e6, y: 1e10 };
+            assert_eq!(mode.snr_peak(), 10.0);
+            0.5 * (refinement.region(&mode, widening).high.l
+                - refinement.region(&mode, widening).low.l)
+        };
+        let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
+        assert!(close(half_of(1e-6, 1.0), REGION_SIGMAS * 1e-6));
+        // At least the error that the signal-to-noise ratio allows.
+        assert!(close(half_of(1e-9, 1.0), REGION_SIGMAS * beam_rad / 10.0));
+        // With beams of 4e-6 and a size of 3e-6.
+        let widest = CLOSE_BEAMS * 5e-6;
+        assert!(close(half_of(1e-4, 1.0), widest));
+        assert!(close(half_of(1e-6, f64::INFINITY), widest));
+    }
+}
