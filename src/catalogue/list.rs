@@ -1,7 +1,9 @@
-//! A table of numbers with units: a binary table of a FITS file, or comma-separated values.
+//! A table of numbers with units: a binary table of a FITS file, a VOTable, or comma-separated values.
 
+mod cells;
 mod csv_table;
 mod units;
+mod vo_table;
 
 use std::fs::File;
 use std::io::Read as _;
@@ -10,7 +12,7 @@ use std::path::{Path, PathBuf};
 use vis2cat_formats::ReadError;
 use vis2cat_formats::fits::{Table, Value, find_table, is_fits, read_table};
 
-use self::csv_table::CsvTable;
+use self::cells::CellTable;
 pub(super) use self::units::Unit;
 
 /// A column's unit as the file gives it, and its values.
@@ -26,24 +28,18 @@ pub(super) struct ListTable {
 
 enum Kind {
     Fits(Box<Table>),
-    Csv(CsvTable),
+    Cells(CellTable),
 }
 
 impl ListTable {
-    /// The first binary table of a FITS file, or the rows of a CSV file.
+    /// The first binary table of a FITS file, the first table of a VOTable, or the rows of a CSV file.
     pub(super) fn open(path: &Path) -> Result<Self, ReadError> {
         let kind = if is_fits(path)? {
             Kind::Fits(Box::new(read_table(path, None)?))
         } else if is_xml(path)? {
-            return Err(ReadError::Unsupported {
-                path: path.into(),
-                place: "table".to_owned(),
-                what: "VOTables are not read; convert it to FITS or CSV, as with \
-                       stilts tpipe in=FILE out=table.fits"
-                    .to_owned(),
-            });
+            Kind::Cells(vo_table::read(path)?)
         } else {
-            Kind::Csv(CsvTable::read(path)?)
+            Kind::Cells(csv_table::read(path)?)
         };
         Ok(Self {
             path: path.into(),
@@ -68,7 +64,7 @@ impl ListTable {
     pub(super) fn rows(&self) -> usize {
         match &self.kind {
             Kind::Fits(table) => table.rows(),
-            Kind::Csv(table) => table.rows(),
+            Kind::Cells(table) => table.rows.len(),
         }
     }
 
@@ -76,7 +72,7 @@ impl ListTable {
     pub(super) fn keyword(&self, key: &str) -> Option<&Value> {
         match &self.kind {
             Kind::Fits(table) => table.keyword(key),
-            Kind::Csv(_) => None,
+            Kind::Cells(_) => None,
         }
     }
 
@@ -84,7 +80,7 @@ impl ListTable {
     pub(super) fn has(&self, name: &str) -> bool {
         match &self.kind {
             Kind::Fits(table) => table.column(name).is_some(),
-            Kind::Csv(table) => table.has(name),
+            Kind::Cells(table) => table.has(name),
         }
     }
 
@@ -130,7 +126,7 @@ impl ListTable {
         match &self.kind {
             Kind::Fits(table) if table.column(name).is_none() => Ok(None),
             Kind::Fits(table) => table.strings(name).map(Some),
-            Kind::Csv(table) => table.strings(name),
+            Kind::Cells(table) => table.strings(name),
         }
     }
 
@@ -153,7 +149,7 @@ impl ListTable {
 
     fn raw(&self, name: &str) -> Result<Option<Raw>, ReadError> {
         match &self.kind {
-            Kind::Csv(table) => table.numbers(name),
+            Kind::Cells(table) => table.numbers(name),
             Kind::Fits(table) => {
                 let Some(column) = table.column(name) else {
                     return Ok(None);

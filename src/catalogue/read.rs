@@ -93,7 +93,7 @@ impl SearchedField {
     }
 }
 
-/// Reads `path`, a FITS catalogue of vis2cat or any FITS or CSV table with RA, DEC and Total_flux, and
+/// Reads `path`, a FITS catalogue of vis2cat or any FITS, VOTable or CSV table with RA, DEC and Total_flux, and
 /// the posterior samples beside it if they are there.
 ///
 /// Columns are named as in `CATALOGUE`; angles may be in deg, rad, arcmin, arcsec or mas, flux

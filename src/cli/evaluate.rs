@@ -30,10 +30,10 @@ null there, and - in the tables.";
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct EvaluateArgs {
-    /// Catalogue of vis2cat, or a FITS or CSV table with RA, DEC and Total_flux
+    /// Catalogue of vis2cat, or a FITS, VOTable or CSV table with RA, DEC and Total_flux
     #[arg(value_name = "CATALOGUE")]
     catalogue: PathBuf,
-    /// True sources: as `simulate --truth` writes them, or a FITS or CSV table with RA, DEC and
+    /// True sources: as `simulate --truth` writes them, or a FITS, VOTable or CSV table with RA, DEC and
     /// Total_flux
     #[arg(value_name = "TRUTH")]
     truth: PathBuf,

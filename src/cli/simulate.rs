@@ -43,7 +43,7 @@ pub(crate) struct SimulateArgs {
     /// Draw this many sources from the prior
     #[arg(long, value_name = "N")]
     sources: Option<usize>,
-    /// Take the sources from a FITS or CSV table with RA, DEC, Total_flux (as --truth writes it)
+    /// Take the sources from a FITS, VOTable or CSV table with RA, DEC, Total_flux (as --truth writes it)
     #[arg(long, value_name = "FILE")]
     catalogue: Option<PathBuf>,
     /// Range of flux densities to draw from

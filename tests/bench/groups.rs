@@ -1,6 +1,6 @@
 //! Which sampler for sources that overlap: blends of 2, 5 and 10 components, 12 to 60 dimensions.
 //!
-//! `cargo bench --bench groups [-- COUNT]` prints, for population Monte Carlo, chains by blocks (a call: as many
+//! `cargo bench --bench groups [-- COUNT... NAME...]` prints, for population Monte Carlo, chains by blocks (a call: as many
 //! of the n (n + 1)/2 sums of single components and pairs as ln L is made of, as far as they are new),
 //! nested slices (d or 3 d a point) and NUTS with analytic slopes (a call: ln L and slope): calls, effective
 //! draws, calls for each of these, and how far the marginals are from those of a NUTS run ten times as long:
@@ -40,6 +40,9 @@ const LEAST_ESS: f64 = 400.0;
 const LEAST_CHAIN_ESS: f64 = 200.0;
 const N_LIVE: usize = 100;
 
+/// Names of samplers that can be asked for.
+const ALL: [&str; 4] = ["population", "blocks", "slices", "with"];
+
 fn main() {
     let counts: Vec<usize> = std::env::args().filter_map(|a| a.parse().ok()).collect();
     let counts = if counts.is_empty() {
@@ -62,7 +65,11 @@ fn main() {
                 ("slices, 3 d", &|| slices(&blend, 3, seed)),
                 ("with slopes", &|| nuts(&blend, &laplace, N_NUTS, seed)),
             ];
-            for (name, sampler) in samplers {
+            let is_wanted = |name: &str| {
+                std::env::args().skip(1).all(|a| !ALL.contains(&&*a))
+                    || std::env::args().any(|a| name.starts_with(&a))
+            };
+            for (name, sampler) in samplers.into_iter().filter(|(name, _)| is_wanted(name)) {
                 report(count, name, &reference, sampler);
             }
         }

@@ -68,6 +68,47 @@ RA,DEC,flux[mJy],Scale_length,E1,E2,SNR
 10.02,60,0.01,2,0,0,4
 ";
 
+/// The same as astropy and TOPCAT write it, but for what they say about themselves.
+const TRUTH_VOTABLE: &str = r#"<?xml version="1.0" encoding="utf-8"?>
+<VOTABLE version="1.4" xmlns="http://www.ivoa.net/xml/VOTable/v1.3">
+ <RESOURCE type="results">
+  <TABLE name="truth">
+   <DESCRIPTION>made up</DESCRIPTION>
+   <FIELD ID="RA" datatype="double" name="RA" ucd="pos.eq.ra;meta.main" unit="deg"/>
+   <FIELD ID="DEC" datatype="double" name="DEC" unit="deg"/>
+   <FIELD ID="flux" datatype="float" name="flux" unit="mJy"><DESCRIPTION>total</DESCRIPTION></FIELD>
+   <FIELD datatype="double" name="Scale_length" unit="arcsec"/>
+   <FIELD datatype="double" name="E1"/>
+   <FIELD datatype="double" name="E2"/>
+   <FIELD datatype="int" name="SNR"/>
+   <DATA>
+    <TABLEDATA>
+     <TR><TD>10</TD><TD>60</TD><TD>0.1</TD><TD>1</TD><TD>0.1</TD><TD>0</TD><TD>20</TD></TR>
+     <TR>
+      <TD>10.01</TD> <TD>60</TD> <TD>0.05</TD> <TD>2</TD> <TD>0</TD> <TD>0</TD> <TD>10</TD>
+     </TR>
+     <TR><TD>10.02</TD><TD>60</TD><TD>0.01</TD><TD>2</TD><TD>0</TD><TD>0</TD><TD>4</TD></TR>
+    </TABLEDATA>
+   </DATA>
+  </TABLE>
+ </RESOURCE>
+</VOTABLE>
+"#;
+
+#[test]
+fn a_votable_is_as_good_as_csv() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = csv(folder.path(), "truth.csv", TRUTH_CSV);
+    let found = csv(folder.path(), "found.csv", &csv_catalogue());
+    let votable = csv(folder.path(), "truth.vot", TRUTH_VOTABLE);
+    let told = |truth: &Path| {
+        let mut told = evaluate(&found, truth);
+        told["truth"] = serde_json::Value::Null;
+        told
+    };
+    assert!(told(&votable) == told(&truth), "{}", told(&votable));
+}
+
 /// At declination 60 deg an arcsecond on the sky is two in right ascension: the first row is 0.3
 /// arcsec east of its true source, the second 0.6 arcsec south, the third is false.
 fn csv_catalogue() -> String {
@@ -212,12 +253,14 @@ fn what_cannot_be_compared_is_refused_by_name() {
         &["cannot read", "no.fits"],
     );
     refused(&no_dec, &truth, &["no_dec.csv", "column DEC"]);
-    let votable = csv(
-        folder.path(),
-        "t.vot",
-        "<?xml version='1.0'?>\n<VOTABLE/>\n",
-    );
-    refused(&found, &votable, &["t.vot", "VOTable", "stilts"]);
+    let votable = |name, text: &str| csv(folder.path(), name, text);
+    let binary = "<VOTABLE><TABLE><FIELD name='RA'/><DATA><BINARY2/></DATA></TABLE></VOTABLE>";
+    let binary = votable("b.vot", binary);
+    refused(&found, &binary, &["b.vot", "VOTable", "stilts"]);
+    let empty = votable("e.vot", "<?xml version='1.0'?>\n<VOTABLE/>\n");
+    refused(&found, &empty, &["e.vot", "no TABLE"]);
+    let cut = votable("c.vot", "<VOTABLE><TABLE><FIELD name='RA'");
+    refused(&found, &cut, &["c.vot", "VOTable"]);
     refused(&found, &no_dec, &["no_dec.csv", "column DEC"]);
     refused(&nowhere, &truth, &["nowhere.csv", "row 1"]);
     refused(&unit, &truth, &["unit.csv", "E_RA", "arcsec"]);
