@@ -1,4 +1,7 @@
 //! Multimodal nested sampling from ellipsoids.
+//!
+//! Importance nested sampling (Feroz et al. 2019), which weights every point that was ever evaluated by the
+//! ellipsoids that it was drawn from, is not offered: it takes separate modes away, and these are what the sampler is for.
 
 mod region;
 
