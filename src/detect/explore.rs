@@ -307,6 +307,7 @@ mod tests {
         }
     }
 
+    #[allow(clippy::unnecessary_wraps)] // as a factory is
     fn fake(settings: SamplerSettings) -> Result<Box<dyn Sampler>, SamplerError> {
         let is_stuck = settings.task != Task::AnyPosterior;
         let u = [0.5; 6];

@@ -224,7 +224,7 @@ impl Blocks {
         let n_sweep = self.chains[0].seen.len();
         match FITTING.get(round) {
             Some(&length) if is_swept && n_sweep == length => self.refit(round),
-            None if is_swept && n_sweep % N_SWEEP == 0 => self.judge(n_sweep),
+            None if is_swept && n_sweep.is_multiple_of(N_SWEEP) => self.judge(n_sweep),
             _ => {}
         }
     }

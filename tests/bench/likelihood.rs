@@ -5,17 +5,18 @@
 #![allow(clippy::print_stdout)] // a benchmark prints
 
 use std::hint::black_box;
+use std::sync::Arc;
 use std::time::Instant;
 use vis2cat::coords::Lm;
 use vis2cat::likelihood::kernel::accumulate;
-use vis2cat::likelihood::{Isa, SourceTerm, VisBlock, Xy, plain_xy, subtract, xy_batch};
-use vis2cat::rime::Source;
+use vis2cat::likelihood::{Extents, Isa, SourceTerm, VisBlock, Xy, plain_xy, subtract, xy_batch};
 use vis2cat::rime::shape::{Ellipticity, Profile};
+use vis2cat::rime::{Extent, Instrument, InstrumentTerms, Source};
 use vis2cat::units::ARCSEC;
 
 const SAMPLES: usize = 16_384;
 const SOURCES: usize = 256;
-const REPEATS: usize = 60;
+const REPEATS: usize = 20;
 
 /// A number in [0, 1) that looks random: the fractional part of i times an irrational.
 fn spread(i: usize, irrational: f64) -> f64 {
@@ -127,6 +128,25 @@ fn kernels(profile: Profile, block: &VisBlock, sources: &[Source]) {
     }
 }
 
+/// The same samples as an instrument with all its terms sees them, over an octave.
+fn seen(mut block: VisBlock) -> VisBlock {
+    let terms = InstrumentTerms {
+        smearing: true,
+        beam: "meerkat".parse().ok(),
+        spectral_index: "-0.7".parse().ok(),
+    };
+    let instrument = Instrument::new(&terms, [0.856e9, 1.712e9], [0.0, 0.75f64.sqrt(), -0.5]);
+    block.extents = Extents::of(instrument.map(Arc::new));
+    for k in 0..block.len() {
+        block.extents.push(Extent {
+            freq_hz: 0.856e9 * (1.0 + (k % 64) as f64 / 63.0),
+            width_hz: 13.4e6,
+            interval_s: 8.0,
+        });
+    }
+    block
+}
+
 /// Prints how the cost of a point falls with the size of the batch.
 fn batches(block: &VisBlock, sources: &[Source]) {
     println!("batch, exponential, detected kernel: ns/(vis point)");
@@ -190,6 +210,8 @@ fn main() {
     for profile in [Profile::Exponential, Profile::Gaussian, Profile::Point] {
         kernels(profile, &block, &sources);
     }
+    println!("with smearing, primary beam and spectral index");
+    kernels(Profile::Exponential, &seen(block.clone()), &sources);
     batches(&block, &sources);
     all_cores(&block, &sources);
     subtraction(&block, &sources);

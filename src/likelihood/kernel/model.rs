@@ -4,7 +4,7 @@
 use super::numbers::{PHASE_MAGIC, SQRT2_COS_PI, SQRT2_SIN_PI, TURNS_MAX, TURNS_PER_UNIT, horner};
 use super::portable::{exponential, gaussian};
 use super::term::SourceTerm;
-use super::tile::LANES;
+use super::tile::{LANES, gains_of};
 use crate::likelihood::VisBlock;
 use crate::likelihood::extents::{Extents, Gain};
 use crate::rime::shape::Profile;
@@ -44,14 +44,20 @@ struct Lanes {
 /// Works out the factors of the instrument for all samples of `block`, which has extents.
 #[inline(always)]
 pub(super) fn look(block: &VisBlock, gain: &Gain, gains: &mut [f32]) {
-    let n = gains.len();
-    let (u, v, w) = (&block.u[..n], &block.v[..n], &block.w[..n]);
     let extents = &block.extents;
-    let (place, width) = (&extents.place[..n], &extents.width[..n]);
-    let interval_s = &extents.interval_s[..n];
-    for k in 0..n {
-        let uvw = [u[k] as f32, v[k] as f32, w[k] as f32];
-        gains[k] = gain.at(uvw, [place[k], width[k], interval_s[k]]);
+    for (k, gains) in gains.chunks_mut(LANES).enumerate() {
+        let range = k * LANES..k * LANES + gains.len();
+        let (mut uvw, mut extent) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        for (lanes, of) in uvw.iter_mut().zip([&block.u, &block.v, &block.w]) {
+            for (lane, x) in lanes.iter_mut().zip(&of[range.clone()]) {
+                *lane = *x as f32;
+            }
+        }
+        let of = [&extents.place, &extents.width, &extents.interval_s];
+        for (lanes, of) in extent.iter_mut().zip(of) {
+            lanes[..gains.len()].copy_from_slice(&of[range.clone()]);
+        }
+        gains.copy_from_slice(&gains_of(gain, &uvw, &extent)[..gains.len()]);
     }
 }
 
@@ -131,11 +137,8 @@ impl Lanes {
     fn gain(&self, model: &Model) -> [f32; LANES] {
         let mut gains = [1.0; LANES];
         if let Some(gain) = &model.gain {
-            let [place, width, interval_s] = &self.extent;
-            for i in 0..LANES {
-                let uvw = [self.u[i] as f32, self.v[i] as f32, self.w[i] as f32];
-                gains[i] = gain.at(uvw, [place[i], width[i], interval_s[i]]);
-            }
+            let uvw = [&self.u, &self.v, &self.w].map(|of| of.map(|x| x as f32));
+            gains = gains_of(gain, &uvw, &self.extent);
         }
         gains
     }

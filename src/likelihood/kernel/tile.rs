@@ -92,6 +92,22 @@ impl Pack {
     }
 }
 
+/// The factors of sixteen samples. All is by value: of references the compiler does not know whether they
+/// are to the same place, and works out one sample after the other.
+#[inline(always)]
+pub(super) fn gains_of(
+    gain: &Gain,
+    uvw: &[[f32; LANES]; 3],
+    extent: &[[f32; LANES]; 3],
+) -> [f32; LANES] {
+    let (gain, [u, v, w], [place, width, interval_s]) = (*gain, *uvw, *extent);
+    let mut gains = [0.0; LANES];
+    for i in 0..LANES {
+        gains[i] = gain.at([u[i], v[i], w[i]], [place[i], width[i], interval_s[i]]);
+    }
+    gains
+}
+
 /// Up to [`TILE`] samples in packs, the last one padded.
 pub(super) struct Tile {
     packs: Box<[Pack]>,
@@ -179,16 +195,16 @@ impl Tile {
         let (Some([first, others @ ..]), Some(seen)) = (gains, &self.seen) else {
             return;
         };
-        let second = others.first().unwrap_or(first);
+        let (packs, _) = seen.amplitude.as_chunks::<LANES>();
         for (p, pack) in self.packs[..self.used].iter_mut().enumerate() {
+            let uvw = [pack.u_single, pack.v_single, pack.w_single];
+            let extent = seen.extent.each_ref().map(|of| of.as_chunks().0[p]);
+            let gain = gains_of(first, &uvw, &extent);
+            let other = others.first().map_or(gain, |g| gains_of(g, &uvw, &extent));
+            let (amplitude, weight) = (packs[p], seen.weight.as_chunks::<LANES>().0[p]);
             for i in 0..LANES {
-                let k = p * LANES + i;
-                let uvw = [pack.u_single[i], pack.v_single[i], pack.w_single[i]];
-                let [place, width, interval_s] = &seen.extent;
-                let extent = [place[k], width[k], interval_s[k]];
-                let gain = first.at(uvw, extent);
-                pack.amplitude[i] = seen.amplitude[k] * gain;
-                pack.weight[i] = seen.weight[k] * gain * second.at(uvw, extent);
+                pack.amplitude[i] = amplitude[i] * gain[i];
+                pack.weight[i] = weight[i] * gain[i] * other[i];
             }
         }
     }
