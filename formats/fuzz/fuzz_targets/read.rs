@@ -19,14 +19,19 @@ pub fn file(bytes: &[u8], signature: &[u8]) {
     path(&name);
 }
 
-/// Reads to the end or the first error, as it is and averaged.
+/// Reads to the end or the first error, and if it was the end once more, averaged.
 pub fn path(path: &Path) {
     let Ok(mut reader) = open_with(path, &ReadOptions::default()) else {
         return;
     };
-    if let Some(n_row) = rows(reader.as_mut()) {
-        let announced = reader.observation().n_row;
-        assert_eq!(n_row, announced, "rows that are there are left out");
+    let Some(n_row) = rows(reader.as_mut()) else {
+        return;
+    };
+    let announced = reader.observation().n_row;
+    assert_eq!(n_row, announced, "rows that are there are left out");
+    // What is averaged was read just the same: now and then will do.
+    if n_row % 8 != 0 {
+        return;
     }
     let average = Averaging {
         time_s: Some(20.0),

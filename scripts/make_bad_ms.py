@@ -1,0 +1,61 @@
+#!/usr/bin/env python3
+"""Make fixtures/bad/*.ms.tar.gz: small Measurement Sets that are wrong in one way each.
+
+    make_bad_ms.py [FOLDER]
+
+Beside each stands a .txt with the message that the reader must give, without the path in front.
+Needs nothing but Python: bytes are replaced in a set of fixtures/good.
+"""
+
+import gzip
+import io
+import pathlib
+import sys
+import tarfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+GOOD = ROOT / "fixtures" / "good" / "ms_standard_storage.ms.tar.gz"
+# Tables that are not read.
+LEFT_OUT = ["FEED", "FLAG_CMD", "POINTING", "PROCESSOR", "SOURCE", "STATE"]
+
+# The file, what is replaced in it where it first stands, by what, the message.
+CASES = {
+    # casacore would end the process.
+    "column_class_unknown": ("FIELD/table.dat", b"ScalarColumnDesc<Int     ", b"ScalarColumnDesc<Integer ",
+        "table FIELD: cannot be read (a column is of a class that casacore does not know)"),
+}
+
+
+def files():
+    """The files of the good set, by their names in it."""
+    with tarfile.open(GOOD) as archive:
+        for member in archive.getmembers():
+            name = member.name.split("/", 1)[-1]
+            if member.isfile() and name.split("/")[0] not in LEFT_OUT and not name.endswith("table.lock"):
+                yield name, archive.extractfile(member).read()
+
+
+def make(folder, name, file, old, new):
+    """An archive without anything of the day on which it is made."""
+    plain = io.BytesIO()
+    with tarfile.open(fileobj=plain, mode="w", format=tarfile.USTAR_FORMAT) as archive:
+        for path, data in sorted(files()):
+            if path == file:
+                assert old in data, f"{name}: {old} is not in {file}"
+                data = data.replace(old, new, 1)
+            member = tarfile.TarInfo(f"{name}.ms/{path}")
+            member.size = len(data)
+            archive.addfile(member, io.BytesIO(data))
+    (folder / f"{name}.ms.tar.gz").write_bytes(gzip.compress(plain.getvalue(), 9, mtime=0))
+
+
+def main():
+    folder = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "fixtures" / "bad"
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, (file, old, new, message) in CASES.items():
+        make(folder, name, file, old, new)
+        (folder / f"{name}.ms.txt").write_text(message + "\n")
+
+
+if __name__ == "__main__":
+    main()
