@@ -20,6 +20,7 @@
 mod cell;
 mod create;
 mod range;
+mod stored;
 mod table;
 
 pub(crate) use cell::Value;

@@ -8,7 +8,7 @@ use rubbl_casatables::{TableError, TableOpenMode, TableRecord};
 
 use super::cell::{Cell, Value};
 use super::range::{Ranges, Read};
-use super::{Handle, lock, words};
+use super::{Handle, lock, stored, words};
 use crate::ReadError;
 
 /// What the main table is called in messages.
@@ -69,6 +69,7 @@ impl Table {
         if !path.join("table.dat").is_file() {
             return Err(malformed("is missing: there is no table.dat of it".into()));
         }
+        stored::check(path).map_err(|what| malformed(unreadable(&what)))?;
         // First as we open it, which casacore survives whatever table.dat says.
         let ranges = Ranges::open(path).map_err(|what| malformed(unreadable(&what)))?;
         let opened = {

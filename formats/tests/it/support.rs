@@ -72,7 +72,7 @@ pub(crate) fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     paths
 }
 
-/// The bytes of all files but for locks, by their names.
+/// The bytes of all files, by their names.
 pub(crate) fn files_below(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     for name in names(folder) {
@@ -80,7 +80,7 @@ pub(crate) fn files_below(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         if path.is_dir() {
             let inner = files_below(&path).into_iter();
             files.extend(inner.map(|(inner, bytes)| (format!("{name}/{inner}"), bytes)));
-        } else if name != "table.lock" {
+        } else {
             files.insert(name, std::fs::read(&path).unwrap());
         }
     }
