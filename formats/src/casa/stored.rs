@@ -6,12 +6,14 @@
 //! here, nothing is said.
 //!
 //! # Source
-//! casacore 3.5: AipsIO, TiledStMan, TiledShapeStMan, TSMCube, SSMBase, SSMIndex.
+//! casacore 3.5: AipsIO, TiledStMan, TiledShapeStMan, TSMCube, SSMBase, SSMIndex, PlainTable, ColumnSet.
 
+mod columns;
 mod standard;
 mod stream;
 mod tiled;
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -34,8 +36,18 @@ pub(super) fn check(folder: &Path) -> Result<(), String> {
         .filter(|name| is_manager(name))
         .collect();
     names.sort();
+    let mut standard = BTreeMap::new();
     for name in names {
-        check_file(&folder.join(&name)).map_err(|what| format!("{name}: {what}"))?;
+        let header = check_file(&folder.join(&name)).map_err(|what| format!("{name}: {what}"))?;
+        standard.extend(header.map(|header| (name, header)));
+    }
+    let table_dat = std::fs::read(folder.join("table.dat")).map_err(|error| error.to_string())?;
+    let told = columns::read(&table_dat).map_err(|what| format!("table.dat: {what}"))?;
+    for columns in told {
+        let name = format!("table.f{}", columns.file);
+        if let Some(header) = standard.get(&name) {
+            standard::check_columns(header, &columns).map_err(|what| format!("{name}: {what}"))?;
+        }
     }
     Ok(())
 }
@@ -46,7 +58,8 @@ fn is_manager(name: &str) -> bool {
     number.is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
-fn check_file(path: &Path) -> Result<(), String> {
+/// What a standard storage manager says at its start, if it is one.
+fn check_file(path: &Path) -> Result<Option<standard::Header>, String> {
     let words = |error: std::io::Error| error.to_string();
     let mut file = File::open(path).map_err(words)?;
     let n_byte = file.metadata().map_err(words)?.len();
@@ -57,12 +70,12 @@ fn check_file(path: &Path) -> Result<(), String> {
     // The order of bytes is the table's in some files, and the same for all tables in others.
     let named = |big| Some((Stream::new(&bytes, big).outermost().ok()?.name, big));
     match [true, false].into_iter().find_map(named) {
-        Some((name, big)) if name == "StandardStMan" => standard::check(&mut file, big),
+        Some((name, big)) if name == "StandardStMan" => standard::check(&mut file, big).map(Some),
         Some((name, true)) if name.starts_with("Tiled") && n_byte <= MAX_HEADER_BYTES => {
             file.read_to_end(&mut bytes).map_err(words)?;
-            tiled::check(&bytes)
+            tiled::check(&bytes).map(|()| None)
         }
-        _ => Ok(()),
+        _ => Ok(None),
     }
 }
 

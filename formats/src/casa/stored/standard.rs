@@ -5,6 +5,7 @@
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 
+use super::columns::Columns;
 use super::stream::Stream;
 
 /// Where buckets begin.
@@ -13,16 +14,14 @@ const HEADER_BYTES: u64 = 512;
 const LINK_BYTES: u64 = 8;
 /// Newest layout that is known.
 const VERSION: u32 = 3;
-/// An index that is longer than this is left to casacore.
-const MAX_INDEX_BYTES: u64 = 1 << 26;
 
 /// What the header says.
 #[derive(Debug)]
-struct Header {
+pub(super) struct Header {
     bucket_bytes: u64,
     n_bucket: u64,
     /// Buckets of the indices, and the first of these.
-    n_link: u32,
+    n_link: u64,
     first: u64,
     /// Where in its bucket the indices begin, if they are in one with something else.
     offset: u64,
@@ -31,18 +30,30 @@ struct Header {
 }
 
 /// Looks at the header and through the indices.
-pub(super) fn check(file: &mut File, big: bool) -> Result<(), String> {
-    let bytes = read(file, 0, HEADER_BYTES)?;
-    let Some(header) = header(&bytes, big)? else {
-        return Ok(());
-    };
+pub(super) fn check(file: &mut File, big: bool) -> Result<Header, String> {
+    let header = header(&read(file, 0, HEADER_BYTES)?, big)?;
     let index = index(file, &header)?;
     // Each is a stream of its own.
     let mut stream = Stream::new(&index, big);
     for i in 0..header.n_index {
         rows(&mut stream, &header).map_err(|what| format!("index {i}: {what}"))?;
     }
-    Ok(())
+    Ok(header)
+}
+
+/// Whether columns can be where they are said to be.
+pub(super) fn check_columns(header: &Header, columns: &Columns) -> Result<(), String> {
+    let n_index = u64::from(header.n_index);
+    if let Some(index) = columns.indices.iter().find(|&&index| index >= n_index) {
+        return Err(format!("a column is in index {index}, of {n_index}"));
+    }
+    let n_byte = header.bucket_bytes;
+    match columns.offsets.iter().find(|&&offset| offset >= n_byte) {
+        Some(offset) => Err(format!(
+            "a column begins at byte {offset} of {n_byte} in a bucket"
+        )),
+        None => Ok(()),
+    }
 }
 
 /// Bytes from a place on; fewer at the end of the file.
@@ -53,12 +64,13 @@ fn read(file: &mut File, at: u64, n_byte: u64) -> Result<Vec<u8>, String> {
     found.map(|_| bytes).map_err(|error| error.to_string())
 }
 
-/// Nothing if there is nothing to look at, or it is not known how.
-fn header(bytes: &[u8], big: bool) -> Result<Option<Header>, String> {
+fn header(bytes: &[u8], big: bool) -> Result<Header, String> {
     let mut stream = Stream::new(bytes, big);
     let version = stream.outermost()?.version;
     if version > VERSION {
-        return Ok(None);
+        return Err(format!(
+            "is of layout {version}, {VERSION} is the newest known"
+        ));
     }
     if version >= 3 {
         stream.byte()?;
@@ -74,7 +86,7 @@ fn header(bytes: &[u8], big: bool) -> Result<Option<Header>, String> {
     let header = Header {
         bucket_bytes: bucket_bytes.into(),
         n_bucket: n_bucket.into(),
-        n_link,
+        n_link: n_link.into(),
         first: first.into(),
         offset: offset.into(),
         index_bytes: index_bytes.into(),
@@ -83,28 +95,25 @@ fn header(bytes: &[u8], big: bool) -> Result<Option<Header>, String> {
     if header.bucket_bytes <= LINK_BYTES {
         return Err(format!("its buckets have {bucket_bytes} bytes"));
     }
-    let is_usual = n_link > 0 && header.index_bytes <= MAX_INDEX_BYTES;
-    Ok(is_usual.then_some(header))
+    Ok(header)
 }
 
 /// The bytes of all indices, bucket by bucket.
 fn index(file: &mut File, header: &Header) -> Result<Vec<u8>, String> {
     let start = |bucket: u64| HEADER_BYTES + bucket * header.bucket_bytes;
     if header.offset > 0 {
-        return read(
-            file,
-            start(header.first) + header.offset,
-            header.index_bytes,
-        );
+        let at = start(header.first) + header.offset;
+        return read(file, at, header.index_bytes);
+    }
+    let per_link = header.bucket_bytes - LINK_BYTES;
+    let (n_byte, n_link) = (header.index_bytes, header.n_link);
+    if n_link.saturating_sub(1) * per_link > n_byte || n_link * per_link < n_byte {
+        return Err(format!("has indices of {n_byte} bytes in {n_link} buckets"));
     }
     let mut bytes = Vec::new();
     let mut bucket = header.first;
-    for _ in 0..header.n_link {
-        let left = header.index_bytes - bytes.len() as u64;
-        let n_byte = left.min(header.bucket_bytes - LINK_BYTES);
-        if n_byte == 0 {
-            break;
-        }
+    for _ in 0..n_link {
+        let n_byte = per_link.min(n_byte - bytes.len() as u64);
         let link = read(file, start(bucket), LINK_BYTES + n_byte)?;
         let mut stream = Stream::new(&link, true);
         stream.u32()?;
@@ -121,6 +130,11 @@ fn rows(stream: &mut Stream, header: &Header) -> Result<(), String> {
     let per_bucket = u64::from(stream.u32()?);
     stream.u32()?;
     stream.skip()?;
+    if per_bucket > 8 * header.bucket_bytes {
+        return Err(format!(
+            "has {per_bucket} rows in a bucket, which have not room there"
+        ));
+    }
     let (last_rows, buckets) = (stream.list(version > 1)?, stream.list(false)?);
     if last_rows.len() < n_used || buckets.len() < n_used {
         return Err(format!("has not the {n_used} buckets that it announces"));

@@ -25,6 +25,15 @@ impl<'a> Stream<'a> {
         Self { rest, big }
     }
 
+    /// Streams from each place on where an outermost object may begin.
+    pub(super) fn starts(&self) -> impl Iterator<Item = Self> {
+        let (rest, big) = (self.rest, self.big);
+        let places = rest.windows(4).enumerate();
+        places
+            .filter(|(_, bytes)| *bytes == MAGIC.to_be_bytes())
+            .map(move |(at, _)| Self::new(&rest[at..], big))
+    }
+
     fn bytes(&mut self, n: usize) -> Result<&'a [u8], String> {
         let (taken, rest) = (self.rest.split_at_checked(n))
             .ok_or("what it announces is not there: it is truncated or damaged")?;

@@ -18,7 +18,10 @@ pub(super) fn check(header: &[u8]) -> Result<(), String> {
     }
     let manager = stream.object()?;
     if manager.name != "TiledStMan" || manager.version > VERSION {
-        return Ok(());
+        let version = manager.version;
+        return Err(format!(
+            "is of layout {version}, {VERSION} is the newest known"
+        ));
     }
     let is_wide = manager.version >= 3;
     if manager.version >= 2 {
