@@ -25,6 +25,11 @@ CASES = {
         "table FIELD: cannot be read (a column is of a class that casacore does not know)"),
     "tile_empty": ("table.f4", struct.pack(">4i", 1, 2, 2, 16384), struct.pack(">4i", 1, 2, 2, 0),
         "table MAIN: cannot be read (table.f4: hypercube 1: [2, 30] cannot be cut into tiles of [2, 0])"),
+    "tile_huge": ("table.f4", struct.pack(">4i", 1, 2, 2, 16384), struct.pack(">4i", 1, 2, 2, 1 << 30),
+        "table MAIN: cannot be read (table.f4: hypercube 1: is cut into tiles of [2, 1073741824], more than "
+        "134217728 values each)"),
+    "hypercube_in_no_file": ("table.f4", struct.pack(">3i", 2, 16384, 1), struct.pack(">3i", 2, 16384, -7),
+        "table MAIN: cannot be read (table.f4: hypercube 1: is in file -7, which there is not)"),
     "hypercube_nowhere": ("table.f3", b"Block" + struct.pack(">3I", 1, 1, 1),
         b"Block" + struct.pack(">3I", 1, 1, 1 << 28),
         "table MAIN: cannot be read (table.f3: has rows in hypercube 268435456, of 2)"),

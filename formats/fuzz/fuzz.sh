@@ -54,7 +54,7 @@ fi
 cargo +nightly fuzz build --fuzz-dir . $features "$target"
 while left=$((end - $(date +%s))) && [ "$left" -gt 0 ]; do
     nice -n 19 "target/x86_64-unknown-linux-gnu/release/$target" -timeout=60 -rss_limit_mb=9000 \
-        -malloc_limit_mb=6000 -max_len=$max_len -max_total_time="$left" -close_fd_mask=2 \
+        -malloc_limit_mb=60000 -max_len=$max_len -max_total_time="$left" -close_fd_mask=2 \
         -artifact_prefix="artifacts/$target/" "corpus/$target" "$seeds" || true
     # What a crash left behind.
     [ -n "${TMPDIR:-}" ] && rm -rf "$TMPDIR"/.tmp*

@@ -5,6 +5,8 @@
 
 use super::stream::Stream;
 
+/// Most values of a tile: casacore counts its bytes in 32 bits, and writers make tiles of a megabyte or so.
+const MAX_TILE: i64 = 1 << 27;
 /// Newest layout that is known.
 const VERSION: u32 = 3;
 
@@ -78,10 +80,19 @@ fn cube(stream: &mut Stream, files: &[bool]) -> Result<(), String> {
     if shape.iter().any(|&len| len < 0) || tile.iter().any(|&len| len <= 0) {
         return Err(format!("{shape:?} cannot be cut into tiles of {tile:?}"));
     }
-    match usize::try_from(file) {
-        Ok(file) if files.get(file) != Some(&true) => Err(format!("is in file {file}, of none")),
-        _ => Ok(()),
+    let n_value = tile.iter().try_fold(1, |n: i64, &len| n.checked_mul(len));
+    if n_value.is_none_or(|n| n > MAX_TILE) {
+        return Err(format!(
+            "is cut into tiles of {tile:?}, more than {MAX_TILE} values each"
+        ));
     }
+    let is_there = usize::try_from(file).is_ok_and(|file| files.get(file) == Some(&true));
+    // The first is a pattern for others, and nowhere.
+    let is_pattern = file == -1 && n_axis == 0;
+    if is_there || is_pattern {
+        return Ok(());
+    }
+    Err(format!("is in file {file}, which there is not"))
 }
 
 /// Which rows are in which hypercube.
