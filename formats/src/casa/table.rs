@@ -70,7 +70,7 @@ impl Table {
             return Err(malformed("is missing: there is no table.dat of it".into()));
         }
         stored::check(path).map_err(|what| malformed(unreadable(&what)))?;
-        // First as we open it, which casacore survives whatever table.dat says.
+        // First as we open it: there casacore may throw what it will.
         let ranges = Ranges::open(path).map_err(|what| malformed(unreadable(&what)))?;
         let opened = {
             let _alone = lock();
