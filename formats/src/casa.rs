@@ -8,9 +8,10 @@
 //! under one lock for the whole process.
 //!
 //! # Limits
-//! A cell is looked at (type, shape) before anything of its size is allocated, but table.dat and the
-//! storage managers' own headers are parsed by casacore, which trusts them: a table made for it can
-//! crash us. So can a disk that fills up while a table is written: casacore throws where it closes,
+//! A cell is looked at (type, shape) before anything of its size is allocated, and so are the headers of
+//! the usual storage managers (`stored`). But casacore parses table.dat, the buckets of incremental
+//! storage managers and the texts of standard ones, and it trusts them: a table made for it can crash us.
+//! So can a disk that fills up while a table is written: casacore throws where it closes,
 //! which ends the process. Nothing has its final name then; the hidden directory is left.
 //!
 //! # Source
@@ -20,6 +21,7 @@
 mod cell;
 mod create;
 mod range;
+mod stored;
 mod table;
 
 pub(crate) use cell::Value;

@@ -1,7 +1,8 @@
 //! Many cells at once: our few lines of C++ over casacore's `getColumnRange`.
 //!
 //! `rubbl_casatables` reads a cell at a time, and every time makes an object for the column, which
-//! takes far longer than the cell. This is a second handle of the same table.
+//! takes far longer than the cell. This is a second handle of the same table, and the first to be opened:
+//! there casacore may throw what it will.
 
 #![allow(unsafe_code)]
 

@@ -8,7 +8,7 @@ use rubbl_casatables::{TableError, TableOpenMode, TableRecord};
 
 use super::cell::{Cell, Value};
 use super::range::{Ranges, Read};
-use super::{Handle, lock, words};
+use super::{Handle, lock, stored, words};
 use crate::ReadError;
 
 /// What the main table is called in messages.
@@ -21,8 +21,8 @@ pub(crate) struct Table {
     /// `MAIN`, or the name of a subtable.
     name: String,
     handle: Handle,
-    /// For reading many cells at once; opened when that is first done.
-    ranges: Option<Ranges>,
+    /// For reading many cells at once.
+    ranges: Ranges,
     columns: BTreeSet<String>,
     /// Rows.
     pub(crate) n_row: u64,
@@ -69,6 +69,9 @@ impl Table {
         if !path.join("table.dat").is_file() {
             return Err(malformed("is missing: there is no table.dat of it".into()));
         }
+        stored::check(path).map_err(|what| malformed(unreadable(&what)))?;
+        // First as we open it: there casacore may throw what it will.
+        let ranges = Ranges::open(path).map_err(|what| malformed(unreadable(&what)))?;
         let opened = {
             let _alone = lock();
             rubbl_casatables::Table::open(path, TableOpenMode::Read).map_err(|e| words(&e))
@@ -82,7 +85,7 @@ impl Table {
             root: root.to_owned(),
             name: name.to_owned(),
             handle,
-            ranges: None,
+            ranges,
         })
     }
 
@@ -177,20 +180,7 @@ impl Table {
         if let Some(why) = &self.handle.broken {
             return Read::Failed(why.clone());
         }
-        if self.ranges.is_none() {
-            let path = match self.name.as_str() {
-                MAIN => self.root.clone(),
-                name => self.root.join(name),
-            };
-            match Ranges::open(&path) {
-                Ok(ranges) => self.ranges = Some(ranges),
-                Err(what) => return Read::Failed(what),
-            }
-        }
-        match &mut self.ranges {
-            Some(ranges) => ranges.read(column, row, shape, values),
-            None => Read::Irregular,
-        }
+        self.ranges.read(column, row, shape, values)
     }
 
     /// The text of a cell.

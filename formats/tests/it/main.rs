@@ -11,5 +11,6 @@ mod parts;
 mod real;
 mod round_trip;
 mod support;
+mod truncation;
 mod uvh5;
 mod writing;

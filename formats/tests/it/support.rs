@@ -1,5 +1,6 @@
 //! Observations, chunks and whole reads for the tests.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use num_complex::Complex;
@@ -69,6 +70,21 @@ pub(crate) fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     paths.retain(|path| path.extension().is_some_and(|e| e == extension));
     paths.sort();
     paths
+}
+
+/// The bytes of all files, by their names.
+pub(crate) fn files_below(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    for name in names(folder) {
+        let path = folder.join(&name);
+        if path.is_dir() {
+            let inner = files_below(&path).into_iter();
+            files.extend(inner.map(|(inner, bytes)| (format!("{name}/{inner}"), bytes)));
+        } else {
+            files.insert(name, std::fs::read(&path).unwrap());
+        }
+    }
+    files
 }
 
 /// The shape of an observation.

@@ -1,0 +1,118 @@
+//! Headers of tiled storage managers.
+//!
+//! Cells of the same shape are put together to a hypercube, which is cut into tiles; rows are found by a
+//! list of where each run of them ends and in which hypercube it is.
+
+use super::stream::Stream;
+
+/// Most values of a tile: casacore counts its bytes in 32 bits, and writers make tiles of a megabyte or so.
+const MAX_TILE: i64 = 1 << 27;
+/// Newest layout that is known.
+const VERSION: u32 = 3;
+
+/// Looks through a header.
+pub(super) fn check(header: &[u8]) -> Result<(), String> {
+    let mut stream = Stream::new(header, true);
+    let kind = stream.outermost()?.name;
+    // Those whose cells have one shape say first how they are cut.
+    if ["TiledColumnStMan", "TiledCellStMan"].contains(&kind.as_str()) {
+        stream.shape()?;
+    }
+    let manager = stream.object()?;
+    if manager.name != "TiledStMan" || manager.version > VERSION {
+        let version = manager.version;
+        return Err(format!(
+            "is of layout {version}, {VERSION} is the newest known"
+        ));
+    }
+    let is_wide = manager.version >= 3;
+    if manager.version >= 2 {
+        stream.byte()?;
+    }
+    stream.u32()?;
+    stream.grown(is_wide)?;
+    let n_column = stream.u32()?;
+    for _ in 0..n_column {
+        stream.u32()?;
+    }
+    stream.text()?;
+    stream.u32()?;
+    stream.u32()?;
+    let files = files(&mut stream, is_wide)?;
+    let n_cube = stream.grown(is_wide)?;
+    for i in 0..n_cube {
+        cube(&mut stream, &files).map_err(|what| format!("hypercube {i}: {what}"))?;
+    }
+    if kind == "TiledShapeStMan" {
+        stream.leave(&manager);
+        stream.shape()?;
+        runs(&mut stream, n_cube)?;
+    }
+    Ok(())
+}
+
+/// Whether each of the files is there.
+fn files(stream: &mut Stream, is_wide: bool) -> Result<Vec<bool>, String> {
+    let mut files = Vec::new();
+    for _ in 0..stream.grown(is_wide)? {
+        let is_there = stream.byte()? != 0;
+        if is_there {
+            let version = stream.u32()?;
+            stream.u32()?;
+            stream.grown(version > 1)?;
+        }
+        files.push(is_there);
+    }
+    Ok(files)
+}
+
+fn cube(stream: &mut Stream, files: &[bool]) -> Result<(), String> {
+    let version = stream.u32()?;
+    stream.skip()?;
+    stream.byte()?;
+    let n_axis = stream.u32()? as usize;
+    let (shape, tile) = (stream.shape()?, stream.shape()?);
+    let file = stream.u32()? as i32;
+    stream.grown(version > 1)?;
+    if shape.len() != n_axis || tile.len() != n_axis {
+        return Err(format!("{shape:?} cut into {tile:?} has not {n_axis} axes"));
+    }
+    if shape.iter().any(|&len| len < 0) || tile.iter().any(|&len| len <= 0) {
+        return Err(format!("{shape:?} cannot be cut into tiles of {tile:?}"));
+    }
+    let n_value = tile.iter().try_fold(1, |n: i64, &len| n.checked_mul(len));
+    if n_value.is_none_or(|n| n > MAX_TILE) {
+        return Err(format!(
+            "is cut into tiles of {tile:?}, more than {MAX_TILE} values each"
+        ));
+    }
+    let is_there = usize::try_from(file).is_ok_and(|file| files.get(file) == Some(&true));
+    // The first is a pattern for others, and nowhere.
+    let is_pattern = file == -1 && n_axis == 0;
+    if is_there || is_pattern {
+        return Ok(());
+    }
+    Err(format!("is in file {file}, which there is not"))
+}
+
+/// Which rows are in which hypercube.
+fn runs(stream: &mut Stream, n_cube: u64) -> Result<(), String> {
+    let n_run = stream.u32()? as usize;
+    let (rows, cubes, places) = (
+        stream.list(false)?,
+        stream.list(false)?,
+        stream.list(false)?,
+    );
+    if [&rows, &cubes, &places]
+        .iter()
+        .any(|list| list.len() < n_run)
+    {
+        return Err(format!(
+            "has not the {n_run} runs of rows that it announces"
+        ));
+    }
+    match cubes[..n_run].iter().find(|&&cube| cube >= n_cube) {
+        Some(cube) => Err(format!("has rows in hypercube {cube}, of {n_cube}")),
+        None => Ok(()),
+    }
+}

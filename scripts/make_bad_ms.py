@@ -1,0 +1,78 @@
+#!/usr/bin/env python3
+"""Make fixtures/bad/*.ms.tar.gz: small Measurement Sets that are wrong in one way each.
+
+    make_bad_ms.py [FOLDER]
+
+Beside each stands a .txt with the message that the reader must give, without the path in front.
+Needs nothing but Python: bytes are replaced in a set of fixtures/good.
+"""
+
+import gzip
+import io
+import pathlib
+import struct
+import sys
+import tarfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+GOOD = ROOT / "fixtures" / "good" / "ms_standard_storage.ms.tar.gz"
+# Tables that are not read.
+LEFT_OUT = ["FEED", "FLAG_CMD", "POINTING", "PROCESSOR", "SOURCE", "STATE"]
+
+# The file, what is replaced in it where it last stands, by what, the message. casacore crashes on each.
+CASES = {
+    "column_class_unknown": ("FIELD/table.dat", b"ScalarColumnDesc<Int     ", b"ScalarColumnDesc<Integer ",
+        "table FIELD: cannot be read (a column is of a class that casacore does not know)"),
+    "tile_empty": ("table.f4", struct.pack(">4i", 1, 2, 2, 16384), struct.pack(">4i", 1, 2, 2, 0),
+        "table MAIN: cannot be read (table.f4: hypercube 1: [2, 30] cannot be cut into tiles of [2, 0])"),
+    "tile_huge": ("table.f4", struct.pack(">4i", 1, 2, 2, 16384), struct.pack(">4i", 1, 2, 2, 1 << 30),
+        "table MAIN: cannot be read (table.f4: hypercube 1: is cut into tiles of [2, 1073741824], more than "
+        "134217728 values each)"),
+    "hypercube_in_no_file": ("table.f4", struct.pack(">3i", 2, 16384, 1), struct.pack(">3i", 2, 16384, -7),
+        "table MAIN: cannot be read (table.f4: hypercube 1: is in file -7, which there is not)"),
+    "hypercube_nowhere": ("table.f3", b"Block" + struct.pack(">3I", 1, 1, 1),
+        b"Block" + struct.pack(">3I", 1, 1, 1 << 28),
+        "table MAIN: cannot be read (table.f3: has rows in hypercube 268435456, of 2)"),
+    "column_in_no_index": ("DATA_DESCRIPTION/table.dat", b"Block" + struct.pack(">5I", 1, 3, 0, 0, 0),
+        b"Block" + struct.pack(">5I", 1, 3, 0, 1 << 16, 0),
+        "table DATA_DESCRIPTION: cannot be read (table.f0: a column is in index 65536, of 1)"),
+    "index_short": ("table.f6", b"SSMIndex" + struct.pack("<2I", 1, 1), b"SSMIndex" + struct.pack("<2I", 1, 1 << 24),
+        "table MAIN: cannot be read (table.f6: index 0: has not the 16777216 buckets that it announces)"),
+    "bucket_overfull": ("table.f6", b"Block" + struct.pack("<3I", 1, 1, 29), b"Block" + struct.pack("<3I", 1, 1, 99999),
+        "table MAIN: cannot be read (table.f6: index 0: has rows 0 to 99999 in one bucket, which can have 32)"),
+}
+
+
+def files():
+    """The files of the good set, by their names in it."""
+    with tarfile.open(GOOD) as archive:
+        for member in archive.getmembers():
+            name = member.name.split("/", 1)[-1]
+            if member.isfile() and name.split("/")[0] not in LEFT_OUT:
+                yield name, archive.extractfile(member).read()
+
+
+def make(folder, name, file, old, new):
+    """An archive without anything of the day on which it is made."""
+    plain = io.BytesIO()
+    with tarfile.open(fileobj=plain, mode="w", format=tarfile.USTAR_FORMAT) as archive:
+        for path, data in sorted(files()):
+            if path == file:
+                assert old in data, f"{name}: {old} is not in {file}"
+                data = new.join(data.rsplit(old, 1))
+            member = tarfile.TarInfo(f"{name}.ms/{path}")
+            member.size = len(data)
+            archive.addfile(member, io.BytesIO(data))
+    (folder / f"{name}.ms.tar.gz").write_bytes(gzip.compress(plain.getvalue(), 9, mtime=0))
+
+
+def main():
+    folder = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "fixtures" / "bad"
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, (file, old, new, message) in CASES.items():
+        make(folder, name, file, old, new)
+        (folder / f"{name}.ms.txt").write_text(message + "\n")
+
+
+if __name__ == "__main__":
+    main()
