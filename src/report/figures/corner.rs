@@ -1,0 +1,390 @@
+//! The posterior of one source: every parameter, and every pair.
+
+use std::fmt::Write as _;
+
+use super::super::Contents;
+use super::super::axis::{Axis, number};
+use super::super::density::{Bins, Density, histogram, quantiles};
+use super::super::figure::Figure;
+use super::super::panel::{Panel, Sample, legend};
+use super::super::svg::{Anchor, Svg, polyline, px};
+use crate::coords::RaDec;
+use crate::units::{ARCSEC, MICROJY};
+
+/// Side of a panel, and from one to the next [px].
+const SIDE: f64 = 88.0;
+const STEP: f64 = 96.0;
+/// Left and upper edge of the first.
+const CORNER: [f64; 2] = [62.0, 22.0];
+const BELOW: f64 = 58.0;
+
+/// Bins of a histogram, and of each side of a density.
+const N_BIN: usize = 30;
+const N_CELL: usize = 26;
+/// Parts of the weight outside the panels at either end.
+const TAILS: [f64; 2] = [0.002, 0.998];
+/// What contours hold: what one and two standard deviations of a Gaussian do in two dimensions.
+const PARTS: [(f64, &str); 2] = [(0.865, "outer"), (0.393, "inner")];
+
+/// A parameter with its values in all samples.
+struct Parameter {
+    label: &'static str,
+    unit: &'static str,
+    values: Vec<f64>,
+    mean: f64,
+    err: f64,
+    truth: Option<f64>,
+    axis: Axis,
+}
+
+pub(super) fn draw(contents: &Contents, row: usize) -> Option<Figure> {
+    let samples = contents.catalogue.samples.as_ref()?;
+    let weights = samples
+        .weight
+        .get(contents.catalogue.rows[row].samples.clone())?;
+    let parameters = parameters(contents, row)?;
+    let mut svg = Svg::default();
+    frames(&mut svg, parameters.len());
+    for (j, down) in parameters.iter().enumerate() {
+        for (i, across) in parameters[..j].iter().enumerate() {
+            pair(
+                &mut svg,
+                &panel(i, j, across, down),
+                [across, down],
+                weights,
+            );
+        }
+        single(&mut svg, &panel(j, j, down, down), down, weights);
+        numbers(&mut svg, j, down, parameters.len());
+    }
+    let n = parameters.len() as f64;
+    let side = CORNER[0] + n * STEP;
+    let mut entries = vec![
+        (Sample::Area, "inner", "39%"),
+        (Sample::Area, "outer", "86%"),
+    ];
+    entries.push((Sample::Line, "mean", "mean"));
+    if parameters.iter().any(|p| p.truth.is_some()) {
+        entries.push((Sample::Line, "truth", "truth"));
+    }
+    for (i, entry) in entries.iter().enumerate() {
+        let corner = [CORNER[0] + 4.0 * STEP, CORNER[1] + 12.0 + 18.0 * i as f64];
+        legend(&mut svg, corner, std::slice::from_ref(entry));
+    }
+    let about = format!(
+        "{} weighted samples; contours hold 39% and 86% of the weight. Offsets are from the mean position.",
+        weights.len()
+    );
+    let title = format!("Posterior of {}", contents.title(row));
+    let size = [side, CORNER[1] + n * STEP + BELOW - (STEP - SIDE)];
+    Some(Figure::new(
+        &contents.anchor(row),
+        &title,
+        &about,
+        size,
+        svg,
+    ))
+}
+
+/// The parameters of a row; none without samples or where one does not vary.
+fn parameters(contents: &Contents, row: usize) -> Option<Vec<Parameter>> {
+    let samples = contents.catalogue.samples.as_ref()?;
+    let found = &contents.catalogue.rows[row];
+    let own = found.samples.clone();
+    let truth = contents.match_of(row).and_then(|matched| {
+        let list = &contents.truth.as_ref()?.list;
+        Some((
+            list.sources[matched.truth_row - 1],
+            list.has_scale,
+            list.has_ellipticity,
+        ))
+    });
+    let true_offset = truth.map(|(source, ..)| source.position.to_lm(found.position));
+    let true_scale = truth.filter(|t| t.1).map(|t| t.0.scale_rad / ARCSEC);
+    let true_e = truth.filter(|t| t.2).map(|t| t.0.e);
+    let offset = |i: usize| {
+        let position = RaDec {
+            ra_rad: samples.ra_rad[i],
+            dec_rad: samples.dec_rad[i],
+        };
+        position.to_lm(found.position)
+    };
+    let values = |value: &dyn Fn(usize) -> f64| own.clone().map(value).collect::<Vec<f64>>();
+    let weights = samples.weight.get(own.clone())?;
+    let make = |label, unit, [mean, err]: [f64; 2], truth, values| {
+        Parameter::new(label, unit, [mean, err], truth, values, weights)
+    };
+    let of = |e: crate::catalogue::Estimate, unit: f64| [e.mean / unit, e.err / unit];
+    let (flux, scale) = (of(found.flux_jy, MICROJY), of(found.scale_rad, ARCSEC));
+    let all = [
+        make(
+            "Δl",
+            "arcsec",
+            [0.0, found.e_ra_rad / ARCSEC],
+            true_offset.map(|o| o.l / ARCSEC),
+            values(&|i| offset(i).l / ARCSEC),
+        ),
+        make(
+            "Δm",
+            "arcsec",
+            [0.0, found.e_dec_rad / ARCSEC],
+            true_offset.map(|o| o.m / ARCSEC),
+            values(&|i| offset(i).m / ARCSEC),
+        ),
+        make(
+            "Flux",
+            "µJy",
+            flux,
+            truth.map(|t| t.0.flux_jy / MICROJY),
+            values(&|i| samples.flux_jy[i] / MICROJY),
+        ),
+        make(
+            "Scale",
+            "arcsec",
+            scale,
+            true_scale,
+            values(&|i| samples.scale_rad[i] / ARCSEC),
+        ),
+        make(
+            "e₁",
+            "",
+            of(found.e1, 1.0),
+            true_e.map(|e| e.e1),
+            values(&|i| samples.e1[i]),
+        ),
+        make(
+            "e₂",
+            "",
+            of(found.e2, 1.0),
+            true_e.map(|e| e.e2),
+            values(&|i| samples.e2[i]),
+        ),
+    ];
+    let varying: Vec<Parameter> = all.into_iter().flatten().collect();
+    (!varying.is_empty()).then_some(varying)
+}
+
+impl Parameter {
+    /// None if the values do not vary, as the shape of a point does not.
+    fn new(
+        label: &'static str,
+        unit: &'static str,
+        [mean, err]: [f64; 2],
+        truth: Option<f64>,
+        values: Vec<f64>,
+        weights: &[f64],
+    ) -> Option<Self> {
+        let [low, high] = quantiles(&values, weights, TAILS)?;
+        let room = 0.08 * (high - low);
+        let title = if unit.is_empty() {
+            label.to_owned()
+        } else {
+            format!("{label} [{unit}]")
+        };
+        (high > low).then(|| Self {
+            axis: Axis::linear(&title, [low - room, high + room]).with_ticks(3.4),
+            label,
+            unit,
+            values,
+            mean,
+            err,
+            truth,
+        })
+    }
+
+    fn bins(&self, n: usize) -> Bins {
+        let [low, high] = self.axis.ends();
+        Bins { low, high, n }
+    }
+}
+
+fn panel(column: usize, line: usize, across: &Parameter, down: &Parameter) -> Panel {
+    Panel {
+        x: across.axis.clone(),
+        y: down.axis.clone(),
+        corner: [
+            CORNER[0] + STEP * column as f64,
+            CORNER[1] + STEP * line as f64,
+        ],
+        size: [SIDE, SIDE],
+    }
+}
+
+/// The frames of all panels in one path.
+fn frames(svg: &mut Svg, n: usize) {
+    let mut d = String::new();
+    for (column, line) in (0..n).flat_map(|line| (0..=line).map(move |column| (column, line))) {
+        let [x, y] = [
+            CORNER[0] + STEP * column as f64,
+            CORNER[1] + STEP * line as f64,
+        ]
+        .map(px);
+        let _ = write!(d, "M{x} {y}h{SIDE}v{SIDE}h-{SIDE}z");
+    }
+    svg.path("frame", &d);
+}
+
+/// Contours of a pair of parameters.
+fn pair(svg: &mut Svg, panel: &Panel, [across, down]: [&Parameter; 2], weights: &[f64]) {
+    let bins = [across.bins(N_CELL), down.bins(N_CELL)];
+    let density = Density::new([&across.values, &down.values], weights, bins);
+    let [left, top] = panel.corner;
+    for (part, class) in PARTS {
+        let mut d = String::new();
+        for line in density.contour(part) {
+            let place = |[x, y]: [f64; 2]| [left + SIDE * x, top + SIDE * (1.0 - y)];
+            closed(&mut d, line.into_iter().map(place));
+        }
+        svg.path(class, &d);
+    }
+    marks(svg, panel, across, down);
+}
+
+/// Adds a closed line by its steps, in tenths of a pixel so that no rounding adds up; steps of nothing
+/// are left out.
+fn closed(d: &mut String, points: impl Iterator<Item = [f64; 2]>) {
+    let mut at: Option<[i64; 2]> = None;
+    for point in points {
+        let to = point.map(|x| (10.0 * x).round() as i64);
+        match at {
+            None => {
+                let [x, y] = to.map(|x| px(x as f64 / 10.0));
+                let _ = write!(d, "M{x} {y}l");
+            }
+            Some(from) if from == to => continue,
+            Some([x, y]) => {
+                let [dx, dy] = [to[0] - x, to[1] - y].map(|x| px(x as f64 / 10.0));
+                // A minus sign separates numbers as well as a blank does.
+                let gap = if dy.starts_with('-') { "" } else { " " };
+                let before = if d.ends_with('l') || dx.starts_with('-') {
+                    ""
+                } else {
+                    " "
+                };
+                let _ = write!(d, "{before}{dx}{gap}{dy}");
+            }
+        }
+        at = Some(to);
+    }
+    if d.ends_with('l') {
+        d.push_str("0 0");
+    }
+    if at.is_some() {
+        d.push('z');
+    }
+}
+
+/// Mean and truth of a pair.
+fn marks(svg: &mut Svg, panel: &Panel, across: &Parameter, down: &Parameter) {
+    let [x, y] = panel.at(across.mean, down.mean);
+    let plus = polyline(&[[x - 3.0, y], [x + 3.0, y]]) + &polyline(&[[x, y - 3.0], [x, y + 3.0]]);
+    svg.path("mean", &plus);
+    if let (Some(x), Some(y)) = (across.truth, down.truth)
+        && panel.x.holds(x)
+        && panel.y.holds(y)
+    {
+        let [x, y] = panel.at(x, y);
+        svg.line(
+            "truth",
+            &[
+                [x, y - 3.5],
+                [x + 3.5, y],
+                [x, y + 3.5],
+                [x - 3.5, y],
+                [x, y - 3.5],
+            ],
+        );
+    }
+}
+
+/// The histogram of one parameter, with its mean and error above.
+fn single(svg: &mut Svg, panel: &Panel, parameter: &Parameter, weights: &[f64]) {
+    let counts = histogram(&parameter.values, weights, parameter.bins(N_BIN));
+    let most = counts.iter().copied().fold(0.0, f64::max);
+    let [left, top] = panel.corner;
+    let bottom = top + SIDE;
+    let step = SIDE / counts.len() as f64;
+    let mut d = format!("M{} {}", px(left), px(bottom));
+    for (i, count) in counts.iter().enumerate() {
+        let y = bottom - 0.92 * SIDE * count / most;
+        let _ = write!(d, "V{}H{}", px(y), px(left + step * (i + 1) as f64));
+    }
+    let _ = write!(d, "V{}z", px(bottom));
+    svg.path("columns", &d);
+    let mut line = |class: &str, value: f64| {
+        if panel.x.holds(value) {
+            let x = left + SIDE * panel.x.place(value);
+            svg.line(class, &[[x, bottom], [x, top]]);
+        }
+    };
+    line("mean", parameter.mean);
+    if let Some(truth) = parameter.truth {
+        line("truth", truth);
+    }
+    svg.text(
+        "small",
+        Anchor::Start,
+        [left, top - 5.0],
+        &estimate(parameter),
+    );
+}
+
+/// Mean and error with two digits of the error; of an offset the error alone.
+fn estimate(parameter: &Parameter) -> String {
+    let Parameter {
+        label,
+        unit,
+        mean,
+        err,
+        ..
+    } = parameter;
+    let digits = if *err > 0.0 {
+        (1.0 - err.log10().floor()).clamp(0.0, 6.0) as usize
+    } else {
+        2
+    };
+    let (mean, err) = (number(*mean, digits), number(*err, digits));
+    let unit = if *unit == "arcsec" { "″" } else { unit };
+    if label.starts_with('Δ') {
+        format!("{label} ± {err}{unit}")
+    } else {
+        let gap = if unit == "µJy" { " " } else { "" };
+        format!("{label} {mean} ± {err}{gap}{unit}")
+    }
+}
+
+/// Numbers and labels: below the last line, and left of the first column.
+fn numbers(svg: &mut Svg, which: usize, parameter: &Parameter, n: usize) {
+    let bottom = CORNER[1] + STEP * n as f64 - (STEP - SIDE);
+    let (left, top) = (
+        CORNER[0] + STEP * which as f64,
+        CORNER[1] + STEP * which as f64,
+    );
+    let mut d = String::new();
+    for tick in parameter.axis.ticks() {
+        let label = tick.label.unwrap_or_default();
+        let x = left + SIDE * tick.at;
+        d.push_str(&polyline(&[[x, bottom], [x, bottom + 3.0]]));
+        svg.text("small", Anchor::Middle, [x, bottom + 14.0], &label);
+        if which > 0 {
+            let y = top + SIDE * (1.0 - tick.at);
+            d.push_str(&polyline(&[[CORNER[0] - 3.0, y], [CORNER[0], y]]));
+            svg.text("small", Anchor::End, [CORNER[0] - 6.0, y + 3.5], &label);
+        }
+    }
+    svg.path("mark", &d);
+    let middle = left + 0.5 * SIDE;
+    svg.text(
+        "note",
+        Anchor::Middle,
+        [middle, bottom + 32.0],
+        &parameter.axis.label,
+    );
+    if which > 0 {
+        svg.text_up(
+            "note",
+            [CORNER[0] - 42.0, top + 0.5 * SIDE],
+            &parameter.axis.label,
+        );
+    }
+}
