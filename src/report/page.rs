@@ -73,22 +73,10 @@ pub(super) fn html(contents: &Contents, figures: &Figures) -> String {
 
 fn sections(contents: &Contents, figures: &Figures) -> Vec<Section> {
     let section = |id, title, html| Section { id, title, html };
-    let drawn = |figures: &[super::Figure]| -> String {
-        figures.iter().map(|figure| figure.inline("")).collect()
-    };
-    let field = figures.field.as_ref().map(|figure| figure.inline(""));
-    let nothing = "<p>There is no source and no field.</p>\n".to_owned();
     let mut sections = vec![
-        section("field", "Field", field.unwrap_or(nothing)),
+        section("overview", "Overview", overview(figures)),
         section("sources", "Sources", sources::html(contents)),
     ];
-    if !figures.measurements.is_empty() {
-        let html = format!(
-            "<div class=\"figures\">\n{}</div>\n",
-            drawn(&figures.measurements)
-        );
-        sections.push(section("measurements", "Measurements", html));
-    }
     if let Some(truth) = &contents.truth {
         let html = truth::html(truth, &figures.truth);
         sections.push(section("truth", "Beside the truth", html));
@@ -104,6 +92,17 @@ fn sections(contents: &Contents, figures: &Figures) -> Vec<Section> {
     ));
     sections.push(section("run", "Run", run::html(&contents.details)));
     sections
+}
+
+/// The field, and beside it what was measured.
+fn overview(figures: &Figures) -> String {
+    let Some(field) = &figures.field else {
+        return "<p>There is no source and no field.</p>\n".to_owned();
+    };
+    let mut html = format!("<div class=\"overview\">\n{}<div>\n", field.inline(""));
+    html.extend(figures.measurements.iter().map(|figure| figure.inline("")));
+    html.push_str("</div>\n</div>\n");
+    html
 }
 
 /// What it is about, in a line.

@@ -115,9 +115,8 @@ fn the_page_shows_every_source_and_every_link_leads_somewhere() {
         assert!(unique.contains(format!("fig-source_{}", i + 1).as_str()));
     }
     for section in [
-        "field",
+        "overview",
         "sources",
-        "measurements",
         "truth",
         "visibilities",
         "posteriors",

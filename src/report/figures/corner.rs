@@ -182,7 +182,7 @@ impl Parameter {
             format!("{label} [{unit}]")
         };
         (high > low).then(|| Self {
-            axis: Axis::linear(&title, [low - room, high + room]).with_ticks(3.4),
+            axis: Axis::linear(&title, [low - room, high + room]).with_ticks(4.3),
             label,
             unit,
             values,
@@ -345,11 +345,11 @@ fn estimate(parameter: &Parameter) -> String {
     };
     let (mean, err) = (number(*mean, digits), number(*err, digits));
     let unit = if *unit == "arcsec" { "″" } else { unit };
-    if label.starts_with('Δ') {
-        format!("{label} ± {err}{unit}")
-    } else {
-        let gap = if unit == "µJy" { " " } else { "" };
-        format!("{label} {mean} ± {err}{gap}{unit}")
+    match *label {
+        "Δl" | "Δm" => format!("{label} ± {err}{unit}"),
+        // There is room for the unit or the name.
+        "Flux" => format!("{mean} ± {err} {unit}"),
+        _ => format!("{label} {mean} ± {err}{unit}"),
     }
 }
 

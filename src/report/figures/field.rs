@@ -1,7 +1,7 @@
 //! The field: sources with the errors of their positions, modes that were dropped, what is true.
 
 use super::super::Contents;
-use super::super::axis::{Axis, range, round_step};
+use super::super::axis::{Axis, number, range, round_step};
 use super::super::figure::Figure;
 use super::super::panel::{Panel, Sample, cross, legend, plus};
 use super::super::svg::Svg;
@@ -10,11 +10,11 @@ use crate::coords::RaDec;
 use crate::detect::Status;
 use crate::units::{ARCSEC, MICROJY};
 
-const SIZE: [f64; 2] = [640.0, 676.0];
+const SIZE: [f64; 2] = [640.0, 640.0];
 const CORNER: [f64; 2] = [66.0, 34.0];
 const SIDE: f64 = 556.0;
-/// Semi-axis that the ellipse of a typical error is given [px].
-const ELLIPSE_PX: f64 = 16.0;
+/// Semi-axis that the ellipse of a typical error is given at most [px].
+const ELLIPSE_PX: f64 = 20.0;
 /// Points of an ellipse.
 const N_POINT: usize = 28;
 
@@ -26,8 +26,8 @@ pub(super) fn draw(contents: &Contents) -> Option<Figure> {
     let mut svg = Svg::default();
     map.panel.frame(&mut svg);
     let n_dropped = map.dropped(&mut svg);
-    map.truth(&mut svg);
     let factor = map.sources(&mut svg);
+    map.truth(&mut svg);
     let mut entries = vec![(Sample::Dot, "dot", "source".to_owned())];
     if let Some(factor) = factor {
         entries.push((
@@ -153,7 +153,7 @@ impl<'a> Map<'a> {
         factor
     }
 
-    /// A round factor that makes typical errors as large as [`ELLIPSE_PX`].
+    /// A round factor that makes typical errors large, but no larger than [`ELLIPSE_PX`].
     fn error_factor(&self) -> Option<f64> {
         let rows = self.contents.catalogue.rows.iter();
         let mut sigmas: Vec<f64> = rows
@@ -162,7 +162,11 @@ impl<'a> Map<'a> {
             .collect();
         sigmas.sort_by(f64::total_cmp);
         let typical = sigmas.get(sigmas.len() / 2)?;
-        Some(round_step(ELLIPSE_PX / (typical * self.px_per_rad())).max(1.0))
+        Some(
+            (1.0 / round_step(typical * self.px_per_rad() / ELLIPSE_PX))
+                .round()
+                .max(1.0),
+        )
     }
 
     /// The path of `factor` standard deviations about the place `at`.
@@ -182,7 +186,11 @@ impl<'a> Map<'a> {
             let (sin, cos) = (std::f64::consts::TAU * k as f64 / N_POINT as f64).sin_cos();
             // East is to the left, north is up.
             let up = north * (corr * cos + (1.0 - corr * corr).sqrt() * sin);
-            [x - east * cos, y - up]
+            // What lies outside the panel is moved to its edge.
+            [
+                (x - east * cos).clamp(CORNER[0], CORNER[0] + SIDE),
+                (y - up).clamp(CORNER[1], CORNER[1] + SIDE),
+            ]
         };
         let points: Vec<[f64; 2]> = (0..N_POINT).map(point).collect();
         super::super::svg::polyline(&points) + "Z"
@@ -200,11 +208,11 @@ impl<'a> Map<'a> {
         };
         let n = self.contents.catalogue.rows.len();
         format!(
-            "{n} source{} about RA {:.5}°, DEC {:.5}° (ICRS); larger dots are brighter, and lead to \
+            "{n} source{} about RA {}°, DEC {}° (ICRS); larger dots are brighter, and lead to \
              the source.{errors}{dropped}",
             if n == 1 { "" } else { "s" },
-            centre.ra_rad.to_degrees(),
-            centre.dec_rad.to_degrees()
+            number(centre.ra_rad.to_degrees(), 5),
+            number(centre.dec_rad.to_degrees(), 5)
         )
     }
 }

@@ -111,9 +111,12 @@ fn snr(contents: &Contents) -> Option<Figure> {
         (_, Some(cut)) => format!(" The dashed line is the cut, {cut:.1} µJy."),
         _ => String::new(),
     };
+    let dropped = match n_dropped {
+        0 => String::new(),
+        n => format!(" and {n} modes that were dropped"),
+    };
     let about = format!(
-        "Signal-to-noise ratios in the visibilities against flux density, of {} sources and {n_dropped} \
-         modes that were dropped.{cut}",
+        "Signal-to-noise ratios in the visibilities against flux density, of {} sources{dropped}.{cut}",
         points.len() - n_dropped
     );
     Some(Figure::new(

@@ -45,7 +45,7 @@ pub(super) fn html(contents: &Contents) -> String {
         let unit = if unit.is_empty() {
             String::new()
         } else {
-            format!(" <span class=\"unit\">[{unit}]</span>")
+            format!("<span class=\"unit\">[{unit}]</span>")
         };
         let _ = writeln!(
             html,
@@ -90,8 +90,8 @@ fn cells(contents: &Contents, row: usize) -> [Cell; COLUMNS.len()] {
     [
         (number.to_string(), Some(number as f64)),
         (contents.title(row), None),
-        plain(found.position.ra_rad / DEG, 6),
-        plain(found.position.dec_rad / DEG, 6),
+        plain(found.position.ra_rad / DEG, 5),
+        plain(found.position.dec_rad / DEG, 5),
         plain(sigma, 3),
         estimate(found.flux_jy, MICROJY),
         estimate(found.scale_rad, ARCSEC),
