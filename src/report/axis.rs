@@ -2,6 +2,9 @@
 
 /// Largest number of labelled ticks.
 const MOST_TICKS: f64 = 7.0;
+/// Range of a logarithmic axis from which its numbers are 1, 2 and 5 times powers of ten: there are too few of
+/// these in a smaller one.
+const LOG_TICKS_FROM: f64 = 4.0;
 /// Part of the range that is left free at either end.
 const MARGIN: f64 = 0.05;
 
@@ -116,8 +119,8 @@ impl Axis {
     /// Marks from the low to the high end.
     pub(super) fn ticks(&self) -> Vec<Tick> {
         let ticks = match self.spread {
-            Spread::Linear => self.linear_ticks(),
-            Spread::Log => self.log_ticks(),
+            Spread::Log if self.high > LOG_TICKS_FROM * self.low => self.log_ticks(),
+            _ => self.linear_ticks(),
         };
         let tick = |(value, label): (f64, Option<String>)| Tick {
             at: self.place(value),
@@ -234,8 +237,8 @@ mod tests {
 
     #[test]
     fn logarithmic_ticks_thin_out() {
-        let axis = Axis::log("x", [20.0, 60.0]);
-        assert_eq!(labels(&axis), ["20", "30", "40", "50", "60"]);
+        let axis = Axis::log("x", [8.0, 16.0]);
+        assert_eq!(labels(&axis), ["8", "10", "12", "14", "16"]);
         let axis = Axis::log("x", [1.0, 100.0]);
         assert_eq!(labels(&axis), ["1", "2", "5", "10", "20", "50", "100"]);
         let axis = Axis::log("x", [1e-5, 1e5]);

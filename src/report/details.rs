@@ -145,7 +145,12 @@ fn text(value: &Value) -> Option<String> {
     match value {
         Value::Text(text) => Some(text.clone()),
         Value::Integer(value) => Some(value.to_string()),
-        Value::Real(value) => Some(format!("{value}")),
+        Value::Real(value) => Some(rounded(*value).to_string()),
         _ => None,
     }
+}
+
+/// A number to fifteen digits: what more of them say is rounding.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.14e}").parse().unwrap_or(value)
 }

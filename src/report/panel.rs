@@ -181,7 +181,7 @@ pub(super) fn cross(svg: &mut Svg, class: &str, [x, y]: [f64; 2]) {
 
 /// A plus about a place, for what is true.
 pub(super) fn plus(svg: &mut Svg, class: &str, [x, y]: [f64; 2]) {
-    let c = CROSS * 1.4;
+    let c = CROSS * 2.0;
     let mut d = polyline(&[[x - c, y], [x + c, y]]);
     d.push_str(&polyline(&[[x, y - c], [x, y + c]]));
     svg.path(class, &d);

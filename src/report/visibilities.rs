@@ -23,6 +23,7 @@ use self::draws::draws;
 use self::model::{configuration, open};
 use self::sums::{Sums, merged};
 use super::Contents;
+use super::contents::file_name;
 use crate::coords::{IcrsCentre, RaDec};
 use crate::run::{RunError, digest};
 use crate::units::MICROJY;
@@ -110,7 +111,7 @@ pub fn check(
         dec_rad: field.dec_rad,
     };
     let frame = IcrsCentre::new(native, field.frame);
-    let draws = draws(contents, frame, N_DRAW);
+    let draws = draws(contents, &config, frame, N_DRAW);
     let mut sums = Sums::new(config.prior.profile, draws);
     let n_sample = dataset.info().n_sample;
     let mut n_done = 0;
@@ -125,7 +126,7 @@ pub fn check(
         inputs: options
             .inputs
             .iter()
-            .map(|i| i.display().to_string())
+            .map(|input| file_name(input))
             .collect(),
         is_same_input: is_same_input(contents, &digests),
         n_draw: sums.n_draw(),

@@ -1,15 +1,15 @@
 //! The posterior of one source: every parameter, and every pair.
 
+mod parameters;
+
 use std::fmt::Write as _;
 
+use self::parameters::{Parameter, parameters};
 use super::super::Contents;
-use super::super::axis::{Axis, number};
-use super::super::density::{Bins, Density, histogram, quantiles};
+use super::super::density::{Density, histogram};
 use super::super::figure::Figure;
 use super::super::panel::{Panel, Sample, legend};
 use super::super::svg::{Anchor, Svg, polyline, px};
-use crate::coords::RaDec;
-use crate::units::{ARCSEC, MICROJY};
 
 /// Side of a panel, and from one to the next [px].
 const SIDE: f64 = 88.0;
@@ -21,28 +21,18 @@ const BELOW: f64 = 58.0;
 /// Bins of a histogram, and of each side of a density.
 const N_BIN: usize = 30;
 const N_CELL: usize = 26;
-/// Parts of the weight outside the panels at either end.
-const TAILS: [f64; 2] = [0.002, 0.998];
 /// What contours hold: what one and two standard deviations of a Gaussian do in two dimensions.
 const PARTS: [(f64, &str); 2] = [(0.865, "outer"), (0.393, "inner")];
-
-/// A parameter with its values in all samples.
-struct Parameter {
-    label: &'static str,
-    unit: &'static str,
-    values: Vec<f64>,
-    mean: f64,
-    err: f64,
-    truth: Option<f64>,
-    axis: Axis,
-}
 
 pub(super) fn draw(contents: &Contents, row: usize) -> Option<Figure> {
     let samples = contents.catalogue.samples.as_ref()?;
     let weights = samples
         .weight
         .get(contents.catalogue.rows[row].samples.clone())?;
-    let parameters = parameters(contents, row)?;
+    let parameters = parameters(contents, row);
+    if parameters.is_empty() {
+        return None;
+    }
     let mut svg = Svg::default();
     frames(&mut svg, parameters.len());
     for (j, down) in parameters.iter().enumerate() {
@@ -84,118 +74,6 @@ pub(super) fn draw(contents: &Contents, row: usize) -> Option<Figure> {
         size,
         svg,
     ))
-}
-
-/// The parameters of a row; none without samples or where one does not vary.
-fn parameters(contents: &Contents, row: usize) -> Option<Vec<Parameter>> {
-    let samples = contents.catalogue.samples.as_ref()?;
-    let found = &contents.catalogue.rows[row];
-    let own = found.samples.clone();
-    let truth = contents.match_of(row).and_then(|matched| {
-        let list = &contents.truth.as_ref()?.list;
-        Some((
-            list.sources[matched.truth_row - 1],
-            list.has_scale,
-            list.has_ellipticity,
-        ))
-    });
-    let true_offset = truth.map(|(source, ..)| source.position.to_lm(found.position));
-    let true_scale = truth.filter(|t| t.1).map(|t| t.0.scale_rad / ARCSEC);
-    let true_e = truth.filter(|t| t.2).map(|t| t.0.e);
-    let offset = |i: usize| {
-        let position = RaDec {
-            ra_rad: samples.ra_rad[i],
-            dec_rad: samples.dec_rad[i],
-        };
-        position.to_lm(found.position)
-    };
-    let values = |value: &dyn Fn(usize) -> f64| own.clone().map(value).collect::<Vec<f64>>();
-    let weights = samples.weight.get(own.clone())?;
-    let make = |label, unit, [mean, err]: [f64; 2], truth, values| {
-        Parameter::new(label, unit, [mean, err], truth, values, weights)
-    };
-    let of = |e: crate::catalogue::Estimate, unit: f64| [e.mean / unit, e.err / unit];
-    let (flux, scale) = (of(found.flux_jy, MICROJY), of(found.scale_rad, ARCSEC));
-    let all = [
-        make(
-            "Δl",
-            "arcsec",
-            [0.0, found.e_ra_rad / ARCSEC],
-            true_offset.map(|o| o.l / ARCSEC),
-            values(&|i| offset(i).l / ARCSEC),
-        ),
-        make(
-            "Δm",
-            "arcsec",
-            [0.0, found.e_dec_rad / ARCSEC],
-            true_offset.map(|o| o.m / ARCSEC),
-            values(&|i| offset(i).m / ARCSEC),
-        ),
-        make(
-            "Flux",
-            "µJy",
-            flux,
-            truth.map(|t| t.0.flux_jy / MICROJY),
-            values(&|i| samples.flux_jy[i] / MICROJY),
-        ),
-        make(
-            "Scale",
-            "arcsec",
-            scale,
-            true_scale,
-            values(&|i| samples.scale_rad[i] / ARCSEC),
-        ),
-        make(
-            "e₁",
-            "",
-            of(found.e1, 1.0),
-            true_e.map(|e| e.e1),
-            values(&|i| samples.e1[i]),
-        ),
-        make(
-            "e₂",
-            "",
-            of(found.e2, 1.0),
-            true_e.map(|e| e.e2),
-            values(&|i| samples.e2[i]),
-        ),
-    ];
-    let varying: Vec<Parameter> = all.into_iter().flatten().collect();
-    (!varying.is_empty()).then_some(varying)
-}
-
-impl Parameter {
-    /// None if the values do not vary, as the shape of a point does not.
-    fn new(
-        label: &'static str,
-        unit: &'static str,
-        [mean, err]: [f64; 2],
-        truth: Option<f64>,
-        values: Vec<f64>,
-        weights: &[f64],
-    ) -> Option<Self> {
-        let [low, high] = quantiles(&values, weights, TAILS)?;
-        let room = 0.08 * (high - low);
-        let title = if unit.is_empty() {
-            label.to_owned()
-        } else {
-            format!("{label} [{unit}]")
-        };
-        (high > low).then(|| Self {
-            axis: Axis::linear(&title, [low - room, high + room]).with_ticks(4.3),
-            label,
-            unit,
-            values,
-            mean,
-            err,
-            truth,
-        })
-    }
-
-    fn bins(&self, n: usize) -> Bins {
-        let [low, high] = self.axis.ends();
-        Bins { low, high, n }
-    }
 }
 
 fn panel(column: usize, line: usize, across: &Parameter, down: &Parameter) -> Panel {
@@ -325,32 +203,8 @@ fn single(svg: &mut Svg, panel: &Panel, parameter: &Parameter, weights: &[f64]) 
         "small",
         Anchor::Start,
         [left, top - 5.0],
-        &estimate(parameter),
+        &parameter.estimate(),
     );
-}
-
-/// Mean and error with two digits of the error; of an offset the error alone.
-fn estimate(parameter: &Parameter) -> String {
-    let Parameter {
-        label,
-        unit,
-        mean,
-        err,
-        ..
-    } = parameter;
-    let digits = if *err > 0.0 {
-        (1.0 - err.log10().floor()).clamp(0.0, 6.0) as usize
-    } else {
-        2
-    };
-    let (mean, err) = (number(*mean, digits), number(*err, digits));
-    let unit = if *unit == "arcsec" { "″" } else { unit };
-    match *label {
-        "Δl" | "Δm" => format!("{label} ± {err}{unit}"),
-        // There is room for the unit or the name.
-        "Flux" => format!("{mean} ± {err} {unit}"),
-        _ => format!("{label} {mean} ± {err}{unit}"),
-    }
 }
 
 /// Numbers and labels: below the last line, and left of the first column.
@@ -362,7 +216,11 @@ fn numbers(svg: &mut Svg, which: usize, parameter: &Parameter, n: usize) {
     );
     let mut d = String::new();
     for tick in parameter.axis.ticks() {
-        let label = tick.label.unwrap_or_default();
+        // At the ends there are those of the next panel.
+        let label = tick
+            .label
+            .filter(|_| (0.1..=0.9).contains(&tick.at))
+            .unwrap_or_default();
         let x = left + SIDE * tick.at;
         d.push_str(&polyline(&[[x, bottom], [x, bottom + 3.0]]));
         svg.text("small", Anchor::Middle, [x, bottom + 14.0], &label);

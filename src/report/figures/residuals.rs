@@ -72,9 +72,16 @@ const RESIDUALS: [Residual; PARAMETERS.len()] = [
         against: ("True e₂", false, |s| s.e.e2),
         err: |row| row.e2.err,
     },
+    Residual {
+        name: "truth_index",
+        title: "Spectral index against the truth",
+        label: "Estimate − truth",
+        against: ("True spectral index", false, |s| s.spectral_index),
+        err: |row| row.spectral_index.err,
+    },
 ];
-/// How they stand in the page: flux, size, shape, position.
-const ORDER: [usize; PARAMETERS.len()] = [2, 3, 4, 5, 0, 1];
+/// How they stand in the page: flux, size, shape, position, spectrum.
+const ORDER: [usize; PARAMETERS.len()] = [2, 3, 4, 5, 0, 1, 6];
 
 pub(super) fn draw(contents: &Contents, truth: &Truth) -> Vec<Figure> {
     ORDER
@@ -130,7 +137,11 @@ fn one(contents: &Contents, truth: &Truth, which: usize) -> Option<Figure> {
 /// Bias, pulls and coverage in words.
 fn about(truth: &Truth, which: usize, n: usize) -> String {
     let (name, unit) = PARAMETERS[which];
-    let unit = if unit == "uJy" { "µJy" } else { unit };
+    let unit = match unit {
+        "" => "",
+        "uJy" => " µJy",
+        _ => " arcsec",
+    };
     let report = truth.evaluation.parameters.iter().find(|p| p.name == name);
     let Some(report) = report else {
         return format!("{n} sources.");
@@ -145,7 +156,7 @@ fn about(truth: &Truth, which: usize, n: usize) -> String {
         String::new()
     };
     format!(
-        "{n} sources; mean {:.3} ± {:.3} {unit}{pulls}; the truth is within {} of {} intervals of 68% \
+        "{n} sources; mean {:.3} ± {:.3}{unit}{pulls}; the truth is within {} of {} intervals of 68% \
          and {} of {} of 95%.",
         report.bias.value, report.bias.err, in_68.n, in_68.of, in_95.n, in_95.of
     )

@@ -5,9 +5,11 @@ use super::super::contents::Truth;
 use super::super::figure::Figure;
 use super::super::panel::{Panel, Sample, legend};
 use super::super::svg::Svg;
-use super::{CORNER, LEGEND, SIZE};
+use super::{CORNER, LEGEND};
 use crate::evaluate::Curve;
 
+/// Room to the right for the legend.
+const SIZE: [f64; 2] = [600.0, 420.0];
 /// Lines of the curves, in the order of the evaluation.
 const CLASSES: [&str; 3] = ["line", "model", "thirdline"];
 

@@ -30,7 +30,9 @@ pub(super) fn draw(check: &Check) -> Option<Figure> {
     let about = "Top: amplitude of the visibilities, their real part after rotation by the model's phase, \
                  against baseline length, with what the posterior predicts. Middle: the difference in \
                  standard deviations of noise and posterior. Bottom: χ² of the visibilities less the model, \
-                 for each real and imaginary part; 1 is noise alone, and the grey band its scatter.";
+                 for each real and imaginary part; 1 is noise alone, and the grey band its scatter. Where sources are faint, \
+                 data lie above the prediction if they are those that the catalogue was made of: such sources \
+                 are found where the noise is high.";
     Some(Figure::new(
         "visibilities",
         "Visibilities and model",

@@ -65,6 +65,10 @@ fn facts(contents: &Contents, row: usize) -> Vec<(&'static str, String)> {
                 with_error(found.flux_jy.mean / MICROJY, found.flux_jy.err / MICROJY)
             ),
         ),
+        (
+            "Spectral index",
+            with_error(found.spectral_index.mean, found.spectral_index.err),
+        ),
         ("SNR, at the peak", decimals(found.snr_peak, 1)),
         ("ln Z", with_error(details.log_z, details.e_log_z)),
         ("P_source", decimals(found.p_source, 4)),

@@ -1,7 +1,5 @@
 //! The table of sources: every column can be sorted by, every row leads to its posterior.
 
-use std::fmt::Write as _;
-
 use super::super::Contents;
 use super::super::svg::escaped;
 use super::format::{decimals, with_error};
@@ -9,7 +7,7 @@ use crate::catalogue::{Estimate, Flags};
 use crate::units::{ARCSEC, DEG, MICROJY};
 
 /// Title of a column, its unit, and what it is in words.
-const COLUMNS: [(&str, &str, &str); 12] = [
+const COLUMNS: [(&str, &str, &str); 13] = [
     ("No.", "", "Source_id"),
     ("Name", "", "Source_name"),
     ("RA", "deg", "right ascension, ICRS"),
@@ -23,6 +21,11 @@ const COLUMNS: [(&str, &str, &str); 12] = [
     ("Scale", "arcsec", "scale-length, harmonic mean of the axes"),
     ("e₁", "", "ellipticity along east"),
     ("e₂", "", "ellipticity along the diagonal"),
+    (
+        "β",
+        "",
+        "spectral index: flux density goes as frequency to this power",
+    ),
     ("SNR", "", "signal-to-noise ratio in the visibilities"),
     ("P", "", "probability of a source, P_source"),
     ("Flags", "", "bits, see the posterior of the source"),
@@ -31,52 +34,61 @@ const COLUMNS: [(&str, &str, &str); 12] = [
 /// A cell: what is read, and the number that it is sorted by.
 type Cell = (String, Option<f64>);
 
+/// The column that a row is called by.
+const NAME: usize = 1;
+
 pub(super) fn html(contents: &Contents) -> String {
-    let rows = &contents.catalogue.rows;
-    if rows.is_empty() {
+    let n = contents.catalogue.rows.len();
+    if n == 0 {
         return "<p>No source was found.</p>\n".to_owned();
     }
+    let rows: Vec<_> = (0..n).map(|row| cells(contents, row)).collect();
+    let is_known = |&column: &usize| {
+        let known = |(_, value): &Cell| value.is_some_and(f64::is_finite);
+        column == NAME || rows.iter().any(|row| known(&row[column]))
+    };
+    let columns: Vec<usize> = (0..COLUMNS.len()).filter(is_known).collect();
     let mut html = String::from(
         "<p class=\"hint\">Means and standard deviations of the posterior. A title sorts the table; a name \
          leads to the posterior of the source.</p>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" \
-         aria-label=\"Table of sources\">\n<table class=\"sortable\" id=\"source-table\">\n<thead><tr>\n",
+         aria-label=\"Table of sources\">\n<table class=\"sortable\">\n<thead><tr>\n",
     );
-    for (title, unit, about) in COLUMNS {
-        let unit = if unit.is_empty() {
-            String::new()
-        } else {
-            format!("<span class=\"unit\">[{unit}]</span>")
-        };
-        let _ = writeln!(
-            html,
-            "<th scope=\"col\"><button type=\"button\" title=\"{about}\">{title}{unit}</button></th>"
-        );
-    }
+    html.extend(columns.iter().map(|&column| title(column)));
     html.push_str("</tr></thead>\n<tbody>\n");
-    for row in 0..rows.len() {
-        html.push_str(&line(contents, row));
+    for (row, cells) in rows.iter().enumerate() {
+        html.push_str("<tr>");
+        let anchor = contents.anchor(row);
+        html.extend(
+            columns
+                .iter()
+                .map(|&column| cell(column, &cells[column], &anchor)),
+        );
+        html.push_str("</tr>\n");
     }
     html.push_str("</tbody>\n</table>\n</div>\n");
     html
 }
 
-fn line(contents: &Contents, row: usize) -> String {
-    let anchor = contents.anchor(row);
-    let mut html = String::from("<tr>");
-    for (i, (text, value)) in cells(contents, row).into_iter().enumerate() {
-        let text = escaped(&text);
-        let value = value.filter(|v| v.is_finite());
-        let key = value.map_or(String::new(), |v| format!(" data-value=\"{v}\""));
-        let _ = match i {
-            1 => write!(
-                html,
-                "<th scope=\"row\"><a href=\"#{anchor}\">{text}</a></th>"
-            ),
-            _ => write!(html, "<td class=\"number\"{key}>{text}</td>"),
-        };
+/// The title of a column: a button that sorts by it.
+fn title(column: usize) -> String {
+    let (title, unit, about) = COLUMNS[column];
+    let unit = match unit {
+        "" => String::new(),
+        unit => format!("<span class=\"unit\">[{unit}]</span>"),
+    };
+    format!(
+        "<th scope=\"col\"><button type=\"button\" title=\"{about}\">{title}{unit}</button></th>\n"
+    )
+}
+
+fn cell(column: usize, (text, value): &Cell, anchor: &str) -> String {
+    let text = escaped(text);
+    if column == NAME {
+        return format!("<th scope=\"row\"><a href=\"#{anchor}\">{text}</a></th>");
     }
-    html.push_str("</tr>\n");
-    html
+    let value = value.filter(|value| value.is_finite());
+    let key = value.map_or(String::new(), |value| format!(" data-value=\"{value}\""));
+    format!("<td class=\"number\"{key}>{text}</td>")
 }
 
 fn cells(contents: &Contents, row: usize) -> [Cell; COLUMNS.len()] {
@@ -97,6 +109,7 @@ fn cells(contents: &Contents, row: usize) -> [Cell; COLUMNS.len()] {
         estimate(found.scale_rad, ARCSEC),
         estimate(found.e1, 1.0),
         estimate(found.e2, 1.0),
+        estimate(found.spectral_index, 1.0),
         plain(found.snr, 1),
         plain(found.p_source, 3),
         plain(flags, 0),

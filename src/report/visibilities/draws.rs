@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::super::Contents;
 use crate::catalogue::FoundSamples;
+use crate::config::Config;
 use crate::coords::{IcrsCentre, RaDec};
 use crate::rime::Source;
 use crate::rime::shape::Ellipticity;
@@ -19,7 +20,7 @@ pub(super) type Sky = Vec<Source>;
 
 /// First the sky of the estimates, then `n` draws, none without samples. Sources of a group were sampled
 /// together, and are drawn together.
-pub(super) fn draws(contents: &Contents, frame: IcrsCentre, n: usize) -> Vec<Sky> {
+pub(super) fn draws(contents: &Contents, config: &Config, frame: IcrsCentre, n: usize) -> Vec<Sky> {
     let found = &contents.catalogue;
     let estimates = found.rows.iter().map(|row| Source {
         lm: row.position.to_lm(frame.centre),
@@ -29,6 +30,7 @@ pub(super) fn draws(contents: &Contents, frame: IcrsCentre, n: usize) -> Vec<Sky
             e1: finite(row.e1.mean),
             e2: finite(row.e2.mean),
         },
+        tilt: tilt(config, row.spectral_index.mean),
     });
     let mut skies: Vec<Sky> = vec![estimates.map(|source| native(frame, source)).collect()];
     let Some(samples) = &found.samples else {
@@ -48,7 +50,7 @@ pub(super) fn draws(contents: &Contents, frame: IcrsCentre, n: usize) -> Vec<Sky
                 *part_of_group.entry(group as i64).or_insert(part)
             };
             let chosen = row.samples.start + reached(weights, part)?;
-            Some(native(frame, sample(samples, chosen, frame)))
+            Some(native(frame, sample(samples, chosen, config, frame)))
         });
         skies.push(sky.collect());
     }
@@ -66,7 +68,7 @@ fn reached(weights: &[f64], part: f64) -> Option<usize> {
     weights.iter().position(reaches)
 }
 
-fn sample(samples: &FoundSamples, i: usize, frame: IcrsCentre) -> Source {
+fn sample(samples: &FoundSamples, i: usize, config: &Config, frame: IcrsCentre) -> Source {
     let position = RaDec {
         ra_rad: samples.ra_rad[i],
         dec_rad: samples.dec_rad[i],
@@ -79,7 +81,14 @@ fn sample(samples: &FoundSamples, i: usize, frame: IcrsCentre) -> Source {
             e1: samples.e1[i],
             e2: samples.e2[i],
         },
+        tilt: tilt(config, samples.spectral_index[i]),
     }
+}
+
+/// A spectral index less that of all sources; 0 where it was not free.
+fn tilt(config: &Config, index: f64) -> f64 {
+    let free = config.spectral_index.filter(|index| index.is_free());
+    free.map_or(0.0, |range| finite(index - range.middle()))
 }
 
 /// A source about the axes of the data instead of those of ICRS.
@@ -91,7 +100,7 @@ fn native(frame: IcrsCentre, source: Source) -> Source {
     back.turn(&source)
 }
 
-/// A size or shape that is not known is that of a point.
+/// What is not known is 0: a point, or the spectrum of all.
 fn finite(value: f64) -> f64 {
     if value.is_finite() { value } else { 0.0 }
 }

@@ -19,7 +19,7 @@ const KEYS: [(&str, bool); 8] = [
     ("noise", true),
     ("smearing", false),
     ("beam", true),
-    ("spectral-index", false),
+    ("spectral-index", true),
     ("prior.profile", true),
 ];
 /// Visibilities this far from the field are of another one [rad].
@@ -53,7 +53,7 @@ pub(super) fn open(
     config: &Config,
     progress: &mut dyn FnMut(&'static str, u64, u64),
 ) -> Result<Dataset, DatasetError> {
-    let prior = config.prior.source_prior();
+    let prior = config.source_prior();
     let options_given = &options.read;
     let mut read = ReadOptions {
         data_column: options_given
@@ -79,6 +79,7 @@ pub(super) fn open(
             engine: config.engine,
             farthest: 0.0,
             longest_axis_rad: prior.scale.high_rad / (1.0 - config.prior.e_max),
+            most_tilt: prior.tilt.unwrap_or(0.0),
         },
     };
     let mut told = |done, all| progress("reading", done, all);
