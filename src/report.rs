@@ -20,6 +20,7 @@ mod density;
 mod details;
 mod figure;
 mod figures;
+mod format;
 mod page;
 mod panel;
 mod png;

@@ -1,5 +1,7 @@
 //! Axes: from values to places along them, and round numbers to label them with.
 
+use super::format::number;
+
 /// Largest number of labelled ticks.
 const MOST_TICKS: f64 = 7.0;
 /// Range of a logarithmic axis from which its numbers are 1, 2 and 5 times powers of ten: there are too few of
@@ -187,16 +189,6 @@ pub(super) fn round_step(least: f64) -> f64 {
         .into_iter()
         .find(|step| *step >= least * (1.0 - 1e-9))
         .unwrap_or(10.0 * power)
-}
-
-/// A number with a true minus sign.
-pub(super) fn number(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    match text.strip_prefix('-') {
-        Some(rest) if rest.trim_start_matches(['0', '.']).is_empty() => rest.to_owned(),
-        Some(rest) => format!("\u{2212}{rest}"),
-        None => text,
-    }
 }
 
 /// `digit` times a power of ten: written out where that is short.

@@ -1,6 +1,5 @@
 //! The page: what stands where.
 
-mod format;
 mod posteriors;
 mod run;
 mod sources;
@@ -9,9 +8,9 @@ mod visibilities;
 
 use std::fmt::Write as _;
 
-use self::format::plural;
 use super::Contents;
 use super::figures::Figures;
+use super::format::{self, plural};
 use super::svg::escaped;
 use super::theme::page_css;
 

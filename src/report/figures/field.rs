@@ -1,8 +1,9 @@
 //! The field: sources with the errors of their positions, modes that were dropped, what is true.
 
 use super::super::Contents;
-use super::super::axis::{Axis, number, range, round_step};
+use super::super::axis::{Axis, range, round_step};
 use super::super::figure::Figure;
+use super::super::format::{decimals, number};
 use super::super::panel::{Panel, Sample, cross, legend, plus};
 use super::super::svg::Svg;
 use crate::catalogue::FoundRow;
@@ -110,7 +111,7 @@ impl<'a> Map<'a> {
                 continue;
             };
             let why = mode.status.as_str();
-            let title = format!("{why}, SNR {:.1}", mode.snr_peak);
+            let title = format!("{why}, SNR {}", decimals(mode.snr_peak, 1));
             svg.titled(&title, |svg| cross(svg, "dropped", at));
             n += 1;
         }
@@ -138,10 +139,10 @@ impl<'a> Map<'a> {
             };
             let part = (row.flux_jy.mean / brightest).clamp(0.0, 1.0);
             let title = format!(
-                "{}: {:.1} µJy, SNR {:.1}",
+                "{}: {} µJy, SNR {}",
                 self.contents.title(i),
-                row.flux_jy.mean / MICROJY,
-                row.snr
+                decimals(row.flux_jy.mean / MICROJY, 1),
+                decimals(row.snr, 1)
             );
             svg.linked(&self.contents.anchor(i), &title, |svg| {
                 if let Some(factor) = factor {

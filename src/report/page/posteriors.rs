@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use super::super::Contents;
 use super::super::figures::Figures;
+use super::super::format::{decimals, plural, short, with_error};
 use super::super::svg::escaped;
-use super::format::{decimals, plural, short, with_error};
 use super::sources::meanings;
 use crate::units::{ARCSEC, MICROJY};
 

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use super::super::details::Details;
+use super::super::format::short;
 use super::super::svg::escaped;
-use super::format::short;
 use crate::catalogue::RunEntry;
 
 /// Stages of a run that samplers are diagnosed in.

@@ -1,8 +1,8 @@
 //! The table of sources: every column can be sorted by, every row leads to its posterior.
 
 use super::super::Contents;
+use super::super::format::{decimals, with_error};
 use super::super::svg::escaped;
-use super::format::{decimals, with_error};
 use crate::catalogue::{Estimate, Flags};
 use crate::units::{ARCSEC, DEG, MICROJY};
 

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use super::super::Figure;
 use super::super::contents::Truth;
+use super::super::format::{decimals, plural, short};
 use super::super::svg::escaped;
-use super::format::{decimals, plural, short};
 use crate::evaluate::Fraction;
 
 pub(super) fn html(truth: &Truth, figures: &[Figure]) -> String {

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use super::super::Figure;
+use super::super::format::{decimals, grouped, with_error};
 use super::super::svg::escaped;
 use super::super::visibilities::Check;
-use super::format::{decimals, grouped, with_error};
 
 pub(super) fn html(check: &Check, figure: Option<&Figure>) -> String {
     let inputs: Vec<String> = check

@@ -1,8 +1,9 @@
 //! The parameters of a corner plot, with their values in all samples of a source.
 
 use super::super::super::Contents;
-use super::super::super::axis::{Axis, number};
+use super::super::super::axis::Axis;
 use super::super::super::density::{Bins, quantiles};
+use super::super::super::format::{error_decimals, number, with_error};
 use crate::catalogue::{CatalogueSource, Estimate, FoundRow, FoundSamples};
 use crate::coords::{Lm, RaDec};
 use crate::units::{ARCSEC, MICROJY};
@@ -181,18 +182,12 @@ impl Parameter {
             err,
             ..
         } = self;
-        let digits = if *err > 0.0 {
-            (1.0 - err.log10().floor()).clamp(0.0, 6.0) as usize
-        } else {
-            2
-        };
-        let (mean, err) = (number(*mean, digits), number(*err, digits));
         let unit = if *unit == "arcsec" { "″" } else { unit };
         match *label {
-            "Δl" | "Δm" => format!("{label} ± {err}{unit}"),
+            "Δl" | "Δm" => format!("{label} ± {}{unit}", number(*err, error_decimals(*err))),
             // There is room for the unit or the name.
-            "Flux" => format!("{mean} ± {err} {unit}"),
-            _ => format!("{label} {mean} ± {err}{unit}"),
+            "Flux" => format!("{} {unit}", with_error(*mean, *err)),
+            _ => format!("{label} {}{unit}", with_error(*mean, *err)),
         }
     }
 }

@@ -1,6 +1,14 @@
 //! Numbers as people read them.
 
-use super::super::axis::number;
+/// A number with a true minus sign.
+pub(super) fn number(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.trim_start_matches(['0', '.']).is_empty() => rest.to_owned(),
+        Some(rest) => format!("\u{2212}{rest}"),
+        None => text,
+    }
+}
 
 /// `123.5 ± 1.2`: both with the decimals that show two digits of the error.
 pub(super) fn with_error(mean: f64, err: f64) -> String {
@@ -10,8 +18,13 @@ pub(super) fn with_error(mean: f64, err: f64) -> String {
     if !(err > 0.0 && err.is_finite()) {
         return short(mean);
     }
-    let decimals = (1.0 - err.log10().floor()).clamp(0.0, 6.0) as usize;
+    let decimals = error_decimals(err);
     format!("{} ± {}", number(mean, decimals), number(err, decimals))
+}
+
+/// Decimals that show two digits of an error above 0.
+pub(super) fn error_decimals(err: f64) -> usize {
+    (1.0 - err.log10().floor()).clamp(0.0, 6.0) as usize
 }
 
 /// A number with so many decimals, or a dash.
