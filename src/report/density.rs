@@ -16,7 +16,7 @@ impl Bins {
         let along = (value - self.low) / (self.high - self.low);
         (0.0..1.0)
             .contains(&along)
-            .then(|| (along * self.n as f64) as usize)
+            .then_some((along * self.n as f64) as usize)
     }
 }
 
@@ -134,11 +134,7 @@ impl Density {
         let n = self.n;
         let found = ContourBuilder::new(n[0], n[1], true).contours(&self.cells, &[level]);
         let mut lines = Vec::new();
-        for polygon in found
-            .iter()
-            .flatten()
-            .flat_map(|contour| contour.geometry())
-        {
+        for polygon in found.iter().flatten().flat_map(contour::Contour::geometry) {
             for ring in std::iter::once(polygon.exterior()).chain(polygon.interiors()) {
                 let points = ring
                     .0
