@@ -30,7 +30,7 @@ run, by the options in the table RUN.";
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct ReportArgs {
-    /// Catalogue of vis2cat, or a FITS or CSV table with RA, DEC and Total_flux
+    /// Catalogue of vis2cat, or a FITS, VOTable or CSV table with RA, DEC and Total_flux
     #[arg(value_name = "CATALOGUE")]
     catalogue: PathBuf,
     /// The page to write

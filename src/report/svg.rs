@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn coordinates_are_short() {
         assert_eq!(
-            [0.0, -0.01, 12.0, 3.14159].map(px),
+            [0.0, -0.01, 12.0, 3.1234].map(px),
             ["0", "0", "12", "3.1"].map(String::from)
         );
         assert_eq!(polyline(&[[0.0, 1.0], [2.5, 3.0]]), "M0 1L2.5 3");

@@ -8,7 +8,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 
 use resvg::tiny_skia::Pixmap;
-use resvg::usvg::roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::{Document, Node, ParsingOptions};
 use vis2cat::catalogue::{CatalogueHeader, CataloguePaths, RunEntry, write};
 use vis2cat::coords::RaDec;
 use vis2cat::report::{CheckOptions, Contents, check};
