@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 
 use self::parameters::{Parameter, parameters};
 use super::super::Contents;
+use super::super::axis::Tick;
 use super::super::density::{Density, histogram};
 use super::super::figure::Figure;
 use super::super::panel::{Panel, Sample, legend};
@@ -17,6 +18,8 @@ const STEP: f64 = 96.0;
 /// Left and upper edge of the first.
 const CORNER: [f64; 2] = [62.0, 22.0];
 const BELOW: f64 = 58.0;
+/// Width of a small letter [px].
+const LETTER: f64 = 5.4;
 
 /// Bins of a histogram, and of each side of a density.
 const N_BIN: usize = 30;
@@ -45,7 +48,10 @@ pub(super) fn draw(contents: &Contents, row: usize) -> Option<Figure> {
             );
         }
         single(&mut svg, &panel(j, j, down, down), down, weights);
-        numbers(&mut svg, j, down, parameters.len());
+        numbers_below(&mut svg, j, down, parameters.len());
+        if j > 0 {
+            numbers_left(&mut svg, j, down);
+        }
     }
     let n = parameters.len() as f64;
     let side = CORNER[0] + n * STEP;
@@ -207,42 +213,47 @@ fn single(svg: &mut Svg, panel: &Panel, parameter: &Parameter, weights: &[f64]) 
     );
 }
 
-/// Numbers and labels: below the last line, and left of the first column.
-fn numbers(svg: &mut Svg, which: usize, parameter: &Parameter, n: usize) {
+/// Marks, numbers and label below a column.
+fn numbers_below(svg: &mut Svg, column: usize, parameter: &Parameter, n: usize) {
+    let left = CORNER[0] + STEP * column as f64;
     let bottom = CORNER[1] + STEP * n as f64 - (STEP - SIDE);
-    let (left, top) = (
-        CORNER[0] + STEP * which as f64,
-        CORNER[1] + STEP * which as f64,
-    );
-    let mut d = String::new();
-    for tick in parameter.axis.ticks() {
-        // At the ends there are those of the next panel.
-        let label = tick
-            .label
-            .filter(|_| (0.1..=0.9).contains(&tick.at))
-            .unwrap_or_default();
-        let x = left + SIDE * tick.at;
-        d.push_str(&polyline(&[[x, bottom], [x, bottom + 3.0]]));
-        svg.text("small", Anchor::Middle, [x, bottom + 14.0], &label);
-        if which > 0 {
-            let y = top + SIDE * (1.0 - tick.at);
-            d.push_str(&polyline(&[[CORNER[0] - 3.0, y], [CORNER[0], y]]));
-            svg.text("small", Anchor::End, [CORNER[0] - 6.0, y + 3.5], &label);
-        }
+    let place = |tick: &Tick| left + SIDE * tick.at;
+    let ticks = parameter.axis.ticks();
+    let marks = ticks.iter().map(place);
+    let marks = marks.map(|x| polyline(&[[x, bottom], [x, bottom + 3.0]]));
+    svg.path("mark", &marks.collect::<String>());
+    let inner: Vec<(f64, &str)> = inner(&ticks)
+        .map(|(tick, label)| (place(tick), label))
+        .collect();
+    let longest = inner.iter().map(|(_, label)| label.chars().count()).max();
+    let width = LETTER * longest.unwrap_or(0) as f64 + LETTER;
+    // Every second, if they would touch.
+    let is_tight = inner.windows(2).any(|two| two[1].0 - two[0].0 < width);
+    for (x, label) in inner.into_iter().step_by(if is_tight { 2 } else { 1 }) {
+        svg.text("small", Anchor::Middle, [x, bottom + 14.0], label);
     }
-    svg.path("mark", &d);
-    let middle = left + 0.5 * SIDE;
-    svg.text(
-        "note",
-        Anchor::Middle,
-        [middle, bottom + 32.0],
-        &parameter.axis.label,
-    );
-    if which > 0 {
-        svg.text_up(
-            "note",
-            [CORNER[0] - 42.0, top + 0.5 * SIDE],
-            &parameter.axis.label,
-        );
+    let middle = [left + 0.5 * SIDE, bottom + 32.0];
+    svg.text("note", Anchor::Middle, middle, &parameter.axis.label);
+}
+
+/// The same left of a line of panels.
+fn numbers_left(svg: &mut Svg, line: usize, parameter: &Parameter) {
+    let top = CORNER[1] + STEP * line as f64;
+    let place = |tick: &Tick| top + SIDE * (1.0 - tick.at);
+    let ticks = parameter.axis.ticks();
+    let marks = ticks.iter().map(place);
+    let marks = marks.map(|y| polyline(&[[CORNER[0] - 3.0, y], [CORNER[0], y]]));
+    svg.path("mark", &marks.collect::<String>());
+    for (tick, label) in inner(&ticks) {
+        let at = [CORNER[0] - 6.0, place(tick) + 3.5];
+        svg.text("small", Anchor::End, at, label);
     }
+    let middle = [CORNER[0] - 42.0, top + 0.5 * SIDE];
+    svg.text_up("note", middle, &parameter.axis.label);
+}
+
+/// Ticks with their numbers, but for those at the ends, where there are those of the next panel.
+fn inner(ticks: &[Tick]) -> impl Iterator<Item = (&Tick, &str)> {
+    let inner = ticks.iter().filter(|tick| (0.1..=0.9).contains(&tick.at));
+    inner.filter_map(|tick| Some((tick, tick.label.as_deref()?)))
 }

@@ -14,8 +14,10 @@ use crate::units::{ARCSEC, MICROJY};
 const SIZE: [f64; 2] = [640.0, 640.0];
 const CORNER: [f64; 2] = [66.0, 34.0];
 const SIDE: f64 = 556.0;
-/// Semi-axis that the ellipse of a typical error is given at most [px].
+/// Semi-axis that the ellipse of a typical error is given at most [px], less where there are many sources:
+/// then it is this part of their distance.
 const ELLIPSE_PX: f64 = 20.0;
+const ELLIPSE_PART: f64 = 0.2;
 /// Points of an ellipse.
 const N_POINT: usize = 28;
 
@@ -154,7 +156,7 @@ impl<'a> Map<'a> {
         factor
     }
 
-    /// A round factor that makes typical errors large, but no larger than [`ELLIPSE_PX`].
+    /// A round factor that makes typical errors large, but no larger than [`ELLIPSE_PX`] or so that they hide each other.
     fn error_factor(&self) -> Option<f64> {
         let rows = self.contents.catalogue.rows.iter();
         let mut sigmas: Vec<f64> = rows
@@ -162,12 +164,10 @@ impl<'a> Map<'a> {
             .filter(|sigma| *sigma > 0.0)
             .collect();
         sigmas.sort_by(f64::total_cmp);
-        let typical = sigmas.get(sigmas.len() / 2)?;
-        Some(
-            (1.0 / round_step(typical * self.px_per_rad() / ELLIPSE_PX))
-                .round()
-                .max(1.0),
-        )
+        let typical_px = sigmas.get(sigmas.len() / 2)? * self.px_per_rad();
+        let apart_px = SIDE / (sigmas.len() as f64).sqrt();
+        let wanted_px = ELLIPSE_PX.min(ELLIPSE_PART * apart_px);
+        Some((1.0 / round_step(typical_px / wanted_px)).round().max(1.0))
     }
 
     /// The path of `factor` standard deviations about the place `at`.
