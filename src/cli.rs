@@ -5,6 +5,7 @@ mod evaluate;
 mod info;
 mod instrument;
 mod progress;
+mod report;
 mod select;
 mod simulate;
 
@@ -42,6 +43,8 @@ Examples:
       A field to try it on.
   vis2cat evaluate sources.fits truth.fits
       How much of it was found, and how well.
+  vis2cat report sources.fits -o report.html
+      The field, the posteriors and how the run went as one page.
 
 Exit codes:
   0  done, also when no source was found
@@ -71,6 +74,8 @@ enum Command {
     Simulate(Box<simulate::SimulateArgs>),
     /// Compares a catalogue with the truth
     Evaluate(evaluate::EvaluateArgs),
+    /// Writes a page that shows a catalogue: field, posteriors, diagnostics
+    Report(report::ReportArgs),
 }
 
 /// Flags that every command knows.
@@ -230,6 +235,7 @@ impl Cli {
             Some(Command::Convert(args)) => args.common(),
             Some(Command::Simulate(args)) => args.common,
             Some(Command::Evaluate(_)) => CommonArgs::default(),
+            Some(Command::Report(args)) => args.common(),
             None => self.detect.common,
         }
     }
@@ -244,6 +250,7 @@ impl Cli {
             Some(Command::Convert(args)) => convert::execute(&args),
             Some(Command::Simulate(args)) => simulate::execute(&args),
             Some(Command::Evaluate(args)) => evaluate::execute(&args),
+            Some(Command::Report(args)) => report::execute(&args),
             None => detect(self.detect),
         }
     }

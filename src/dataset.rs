@@ -189,7 +189,10 @@ impl Dataset {
     }
 
     /// Calls `visit` with the samples less the removed sources, batches of blocks in file order.
-    fn for_each_batch(&mut self, mut visit: impl FnMut(&[VisBlock])) -> Result<(), DatasetError> {
+    pub(crate) fn for_each_batch(
+        &mut self,
+        mut visit: impl FnMut(&[VisBlock]),
+    ) -> Result<(), DatasetError> {
         self.subtract_removed();
         match &mut self.store {
             Store::Resident(resident) => visit(&resident.blocks),

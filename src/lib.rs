@@ -14,6 +14,7 @@ pub mod likelihood;
 mod normal;
 mod polynomial;
 pub mod prior;
+pub mod report;
 pub mod rime;
 pub mod run;
 pub mod sampler;

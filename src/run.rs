@@ -322,7 +322,7 @@ fn most_evaluations(config: &Config, kind: SamplerKind, settings: SamplerSetting
 }
 
 /// BLAKE3 of the input's bytes; of a directory, of its files with their names.
-fn digest(input: &Path) -> Result<String, ReadError> {
+pub(crate) fn digest(input: &Path) -> Result<String, ReadError> {
     let mut hasher = blake3::Hasher::new();
     add_to_digest(input, &mut hasher).map_err(|source| ReadError::Io {
         path: PathBuf::from(input),

@@ -8,6 +8,7 @@ use super::parameters::{PARAMETERS, difference};
 use super::{
     Binned, Curve, Fraction, Matched, POPULATION_SNR, Pair, ParameterReport, ReliabilityBin,
 };
+use crate::catalogue::Estimate;
 use crate::units::{ARCSEC, DEG, MICROJY};
 
 /// How good a catalogue is.
@@ -70,7 +71,9 @@ pub struct MatchedRow {
     pub true_snr: f64,
     /// True flux density [uJy].
     pub true_flux_ujy: f64,
-    /// (estimate - truth) / error of RA, DEC, Total_flux, Scale_length, E1 and E2.
+    /// Estimate - truth of each of [`PARAMETERS`], in its unit.
+    pub differences: [f64; PARAMETERS.len()],
+    /// The same over the error.
     pub pulls: [f64; PARAMETERS.len()],
 }
 
@@ -144,8 +147,8 @@ pub(super) fn counts(matched: &Matched, candidates: &Candidates) -> Evaluation {
 }
 
 fn matched_row(matched: &Matched, pair: &Pair) -> MatchedRow {
-    let pull = |which: usize| {
-        let difference = difference(matched, pair, which);
+    let differences = std::array::from_fn(|which| difference(matched, pair, which));
+    let pull = |difference: Estimate| {
         if difference.err > 0.0 {
             difference.mean / difference.err
         } else {
@@ -159,7 +162,8 @@ fn matched_row(matched: &Matched, pair: &Pair) -> MatchedRow {
         separation_arcsec: pair.separation_rad / ARCSEC,
         true_snr: matched.source(pair).snr,
         true_flux_ujy: matched.source(pair).flux_jy / MICROJY,
-        pulls: std::array::from_fn(pull),
+        differences: differences.map(|difference| difference.mean),
+        pulls: differences.map(pull),
     }
 }
 

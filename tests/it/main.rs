@@ -13,6 +13,7 @@ mod inputs;
 mod instrument;
 mod oracles;
 mod pyuvdata;
+mod report;
 mod sampler;
 mod simulate;
 mod support;
