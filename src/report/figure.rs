@@ -14,7 +14,7 @@ pub struct Figure {
     pub title: String,
     /// What is to be seen in it, in a sentence or two.
     pub about: String,
-    /// Width and height [px].
+    /// Width and height [pixel].
     pub size: [f64; 2],
     body: String,
 }
