@@ -206,17 +206,32 @@ fn open(
     config: &Config,
     observer: &mut dyn Observer,
 ) -> Result<Dataset, DatasetError> {
-    let prior = config.source_prior();
-    let options = OpenOptions {
-        read: ReadOptions {
-            data_column: config.data_column.clone(),
-            select: Selection {
-                field: config.field.clone(),
-                spws: config.spw.clone(),
-                ..Selection::default()
-            },
-            ..ReadOptions::default()
+    let read = ReadOptions {
+        data_column: config.data_column.clone(),
+        select: Selection {
+            field: config.field.clone(),
+            spws: config.spw.clone(),
+            ..Selection::default()
         },
+        ..ReadOptions::default()
+    };
+    let options = open_options(config, read);
+    let mut n_row_known = 0;
+    let mut progress = |done, n_row| {
+        if n_row_known != n_row {
+            n_row_known = n_row;
+            observer.stage("reading", n_row);
+        }
+        observer.advance(done, 0);
+    };
+    Dataset::open(inputs, &options, &mut progress)
+}
+
+/// How a run with `config` opens its data.
+pub(crate) fn open_options(config: &Config, read: ReadOptions) -> OpenOptions {
+    let prior = config.source_prior();
+    OpenOptions {
+        read,
         noise: config.noise,
         instrument: config.instrument(),
         memory_bytes: config.memory.0,
@@ -228,16 +243,7 @@ fn open(
             longest_axis_rad: prior.scale.high_rad / (1.0 - config.prior.e_max),
             most_tilt: prior.tilt.unwrap_or(0.0),
         },
-    };
-    let mut n_row_known = 0;
-    let mut progress = |done, n_row| {
-        if n_row_known != n_row {
-            n_row_known = n_row;
-            observer.stage("reading", n_row);
-        }
-        observer.advance(done, 0);
-    };
-    Dataset::open(inputs, &options, &mut progress)
+    }
 }
 
 /// Both noise levels of each file, loudly where they disagree.

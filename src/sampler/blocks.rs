@@ -38,8 +38,6 @@ const MOST_R_HAT: f64 = 1.05;
 const SHRINKAGE: f64 = 0.05;
 /// Draws that are kept.
 const MOST_DRAWS: usize = 4000;
-/// Coordinates are kept this far from the faces of the cube.
-const FACE: f64 = 1e-14;
 
 /// Options of [`Blocks`].
 #[derive(Debug, Clone, PartialEq)]
@@ -128,9 +126,8 @@ impl Blocks {
     /// block for fixed others.
     pub fn new(config: BlocksConfig, seeds: &[f64]) -> Self {
         let n_dim = config.n_dim();
-        let to_z = |u: &f64| normal::quantile(u.clamp(FACE, 1.0 - FACE));
         let seeds: Vec<DVector<f64>> = (seeds.chunks_exact(n_dim))
-            .map(|u| DVector::from_iterator(n_dim, u.iter().map(to_z)))
+            .map(|u| DVector::from_iterator(n_dim, u.iter().map(|&u| normal::from_unit(u))))
             .collect();
         let (mean, covariance) = moments(&seeds, &vec![1.0 / seeds.len() as f64; seeds.len()]);
         let chain = |k: usize| {
@@ -203,11 +200,10 @@ impl Blocks {
 
     /// Asks for ln L where the chains would go.
     fn want(&mut self) {
-        let to_u = |&z: &f64| normal::cdf(z).clamp(FACE, 1.0 - FACE);
-        let proposed = self.chains.iter().flat_map(|chain| chain.proposed.iter());
-        self.u = proposed.map(to_u).collect();
-        if self.stage == Stage::Finished {
-            self.u.clear();
+        self.u.clear();
+        if self.stage != Stage::Finished {
+            let proposed = self.chains.iter().flat_map(|chain| chain.proposed.iter());
+            self.u.extend(proposed.map(|&z| normal::to_unit(z)));
         }
     }
 
@@ -269,7 +265,7 @@ impl Blocks {
         let n_seen: usize = self.chains.iter().map(|chain| chain.seen.len()).sum();
         let seen = self.chains.iter().flat_map(|chain| &chain.seen);
         let kept: Vec<_> = seen.step_by(n_seen.div_ceil(MOST_DRAWS)).collect();
-        let to_u = |&z: &f64| normal::cdf(z).clamp(FACE, 1.0 - FACE);
+        let to_u = |&z: &f64| normal::to_unit(z);
         self.draws = Draws {
             u: kept.iter().flat_map(|(z, _)| z.iter().map(to_u)).collect(),
             log_l: kept.iter().map(|(_, log_l)| *log_l).collect(),

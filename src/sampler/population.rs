@@ -28,8 +28,6 @@ const GAIN: f64 = 0.03;
 const MOST_ROUNDS: usize = 20;
 /// How much larger than that of the seeds the first covariance is.
 const FIRST_GROWTH: f64 = 2.0;
-/// Coordinates are kept this far from the faces of the cube.
-const FACE: f64 = 1e-14;
 
 /// Options of [`Population`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,10 +72,9 @@ impl Population {
     /// A sampler that starts from `seeds`, points of the unit cube, axes (point, dimension), spread
     /// roughly as the posterior.
     pub fn new(config: PopulationConfig, seeds: &[f64]) -> Self {
-        let to_z = |u: &f64| normal::quantile(u.clamp(FACE, 1.0 - FACE));
         let z: Vec<DVector<f64>> = seeds
             .chunks_exact(config.n_dim)
-            .map(|u| DVector::from_iterator(config.n_dim, u.iter().map(to_z)))
+            .map(|u| DVector::from_iterator(config.n_dim, u.iter().map(|&u| normal::from_unit(u))))
             .collect();
         let (mean, covariance) = moments(&z, &vec![1.0 / z.len() as f64; z.len()]);
         Self {
@@ -106,8 +103,7 @@ impl Population {
             let (z, log_q) = proposal.draw(&mut self.rng);
             let log_prior = -0.5 * (z.norm_squared() + z.len() as f64 * TAU.ln());
             self.log_ratio.push(log_prior - log_q);
-            self.u
-                .extend(z.iter().map(|&z| normal::cdf(z).clamp(FACE, 1.0 - FACE)));
+            self.u.extend(z.iter().map(|&z| normal::to_unit(z)));
             self.z.push(z);
         }
     }

@@ -7,7 +7,8 @@ use super::super::details::Details;
 use super::CheckOptions;
 use crate::config::{Config, ConfigError};
 use crate::coords::{IcrsCentre, RaDec};
-use crate::dataset::{Dataset, DatasetError, EngineOptions, OpenOptions};
+use crate::dataset::{Dataset, DatasetError};
+use crate::run::open_options;
 use crate::units::DEG;
 
 /// Options of a run that say how visibilities are read and modelled, and whether TOML has their values
@@ -53,7 +54,6 @@ pub(super) fn open(
     config: &Config,
     progress: &mut dyn FnMut(&'static str, u64, u64),
 ) -> Result<Dataset, DatasetError> {
-    let prior = config.source_prior();
     let options_given = &options.read;
     let mut read = ReadOptions {
         data_column: options_given
@@ -68,20 +68,7 @@ pub(super) fn open(
     if read.select.spws.is_empty() {
         read.select.spws.clone_from(&config.spw);
     }
-    let open = OpenOptions {
-        read,
-        noise: config.noise,
-        instrument: config.instrument(),
-        memory_bytes: config.memory.0,
-        profile: config.prior.profile,
-        typical_scale_rad: prior.scale.from_unit(0.5, prior.flux.low_jy),
-        engine: EngineOptions {
-            engine: config.engine,
-            farthest: 0.0,
-            longest_axis_rad: prior.scale.high_rad / (1.0 - config.prior.e_max),
-            most_tilt: prior.tilt.unwrap_or(0.0),
-        },
-    };
+    let open = open_options(config, read);
     let mut told = |done, all| progress("reading", done, all);
     let dataset = Dataset::open(&options.inputs, &open, &mut told)?;
     refuse_other_field(contents, options, &dataset)?;
