@@ -43,12 +43,12 @@ def arguments():
 
 
 def timed(command):
-    """Runs a command; wall seconds and peak memory [MB]."""
-    done = subprocess.run(["/usr/bin/env", "time", "-f", "%e %M", *command], capture_output=True, text=True)
+    """Runs a command; wall seconds, CPU seconds and peak memory [MB]."""
+    done = subprocess.run(["/usr/bin/env", "time", "-f", "%e %U %S %M", *command], capture_output=True, text=True)
     if done.returncode:
         sys.exit(done.stderr)
-    seconds, kilobytes = done.stderr.split()[-2:]
-    return float(seconds), float(kilobytes) / 1e3
+    seconds, user, system, kilobytes = map(float, done.stderr.split()[-4:])
+    return seconds, user + system, kilobytes / 1e3
 
 
 def log_scale_pulls(out, truth, matched):
@@ -98,9 +98,11 @@ def study(args, seed, folder, options, name):
     data, truth = simulated(args, seed, folder)
     out = folder / f"seed{seed}{name}.fits"
     search = [args.program, *data, out, "--overwrite", "--quiet", *shlex.split(options)]
-    seconds, megabytes = timed(search)
+    seconds, cpu_seconds, megabytes = timed(search)
     run = {str(row["KEY"]).strip(): str(row["VALUE"]).strip() for row in Table.read(out, hdu="RUN")}
-    result = {"rows": len(Table.read(out, hdu=1)), "seconds": seconds, "matched": []}
+    result = {"seed": seed, "rows": len(Table.read(out, hdu=1)), "matched": [], "seconds": seconds,
+              "cpu_seconds": cpu_seconds, "megabytes": megabytes, "n_sample": int(run["data.n_sample"]),
+              "n_eval": int(run["search.n_eval"])}
     if len(Table.read(truth)):
         evaluated = subprocess.run([args.program, "evaluate", "--json", out, truth],
                                    capture_output=True, text=True, check=True)

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::config::{Config, ConfigError, Engine, NoiseSource, SamplerKind, Tiling};
+use crate::config::{Config, ConfigError, Engine, NoiseSource, SamplerKind, Select, Tiling};
 use crate::run::{self, Keep, Outputs, RunError};
 use crate::units::{Angle, Flux, Memory, Range};
 
@@ -25,6 +25,8 @@ Examples:
       sources.posterior.fits.
   vis2cat field.uvfits sources.fits --fov 10arcmin --flux 50uJy:5mJy --snr-cut 7
       A smaller field, brighter sources, a stricter cut.
+  vis2cat field.uvfits sources.fits --flux 1uJy:10uJy --select p-source
+      Faint sources: what is more probably a source than noise.
   vis2cat field.uvfits sources.fits --tiles 1 --n-live 8000
       The single global run of Malyali et al. (2018).
   vis2cat field.uvfits sources.fits --resume
@@ -137,12 +139,19 @@ struct Flags {
     /// Prior range of flux density [default: 10uJy:200uJy]
     #[arg(long, value_name = "LOW:HIGH")]
     flux: Option<Range<Flux>>,
-    /// Lowest matched-filter signal-to-noise ratio of a source [default: 6]
+    /// What makes a mode a source: signal-to-noise ratio, mean flux density, the probability to be a
+    /// source above the flux cut (bayes), or to be a source [default: flux with a flux cut, or snr]
+    #[arg(long, value_enum)]
+    select: Option<Select>,
+    /// Lowest matched-filter signal-to-noise ratio of a source [default: 6; 5 where probabilities select]
     #[arg(long, value_name = "SNR")]
     snr_cut: Option<f64>,
-    /// Lowest flux density of a source, instead of the signal-to-noise cut
+    /// Lowest flux density of a source, for --select flux and bayes
     #[arg(long, value_name = "FLUX")]
     flux_cut: Option<Flux>,
+    /// Probability that a source exceeds, for --select bayes and p-source [default: 0.5]
+    #[arg(long, value_name = "P")]
+    p_cut: Option<f64>,
     /// Modes closer than this are one source [default: their own uncertainty, at least 0.4arcsec]
     #[arg(long, value_name = "ANGLE")]
     merge_radius: Option<Angle>,
@@ -200,7 +209,9 @@ impl Flags {
         set(&mut config.spw, self.spw);
         set(&mut config.data_column, self.data_column.map(Some));
         set(&mut config.prior.flux, self.flux);
-        set(&mut config.snr_cut, self.snr_cut);
+        set(&mut config.select, self.select.map(Some));
+        set(&mut config.snr_cut, self.snr_cut.map(Some));
+        set(&mut config.p_cut, self.p_cut);
         set(&mut config.flux_cut, self.flux_cut.map(Some));
         set(&mut config.merge_radius, self.merge_radius.map(Some));
         set(&mut config.engine, self.engine);

@@ -11,6 +11,10 @@ use crate::units::{ARCSEC, Angle, Flux, Memory, Range, UnitError};
 const N_LIVE_TILE: usize = 120;
 const N_LIVE_GLOBAL: usize = 8000;
 
+/// Cuts in signal-to-noise ratio: of sources, and of what probabilities then select from.
+const SNR_CUT: f64 = 6.0;
+const SNR_CUT_BY_PROBABILITY: f64 = 5.0;
+
 /// A configuration that makes no sense.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -56,10 +60,15 @@ pub struct Config {
     /// Column of visibilities of a Measurement Set; none = `CORRECTED_DATA` where it is filled,
     /// `DATA` otherwise.
     pub data_column: Option<String>,
-    /// Lowest matched-filter signal-to-noise ratio of a source.
-    pub snr_cut: f64,
-    /// Lowest flux density of a source, instead of the signal-to-noise cut.
+    /// What makes a mode a source; none = the flux cut where there is one, the signal-to-noise cut otherwise.
+    pub select: Option<Select>,
+    /// Lowest matched-filter signal-to-noise ratio of what may be a source; none = 6, or 5 where probabilities
+    /// select.
+    pub snr_cut: Option<f64>,
+    /// Lowest flux density of a source.
     pub flux_cut: Option<Flux>,
+    /// A source must be more probable than this, where probabilities select.
+    pub p_cut: f64,
     /// Radius within which modes are one source; none = the modes' own uncertainty.
     pub merge_radius: Option<Angle>,
     /// How the likelihood is computed.
@@ -104,8 +113,10 @@ impl Default for Config {
             field: None,
             spw: Vec::new(),
             data_column: None,
-            snr_cut: 6.0,
+            select: None,
+            snr_cut: None,
             flux_cut: None,
+            p_cut: 0.5,
             merge_radius: None,
             engine: Engine::Auto,
             sampler: SamplerKind::Multinest,
@@ -125,6 +136,20 @@ impl Default for Config {
             prior: PriorConfig::default(),
         }
     }
+}
+
+/// What makes a mode a source (Malyali et al. 2018, section 3.3, but for the last).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Select {
+    /// Its matched-filter signal-to-noise ratio is above the cut.
+    Snr,
+    /// Its mean flux density is above the cut.
+    Flux,
+    /// It is probably a source brighter than the flux cut: model selection with priors above and below it.
+    Bayes,
+    /// It is probably a source.
+    PSource,
 }
 
 /// Likelihood engine.
@@ -395,12 +420,9 @@ impl Config {
             fov > 0.0 && fov <= 1.0,
             "must lie between 0 and 57 deg",
         )?;
-        require(
-            "snr-cut",
-            self.snr_cut,
-            self.snr_cut > 0.0,
-            "must be above zero",
-        )?;
+        let snr_cut = self.lowest_snr();
+        require("snr-cut", snr_cut, snr_cut > 0.0, "must be above zero")?;
+        self.check_selection()?;
         let efficiency = self.efficiency;
         require(
             "efficiency",
@@ -447,6 +469,52 @@ impl Config {
             Tiling::Auto => {}
         }
         self.prior.check()
+    }
+
+    fn check_selection(&self) -> Result<(), ConfigError> {
+        let p_cut = self.p_cut;
+        require(
+            "p-cut",
+            p_cut,
+            (0.0..1.0).contains(&p_cut),
+            "must lie in [0, 1)",
+        )?;
+        let select = self.selection();
+        let name = match select {
+            Select::Snr | Select::PSource => return Ok(()),
+            Select::Flux => "flux",
+            Select::Bayes => "bayes",
+        };
+        let Some(flux_cut) = self.flux_cut else {
+            return Err(ConfigError::Value {
+                key: "select",
+                value: name.into(),
+                what: "needs a flux cut: give --flux-cut, as in --flux-cut 20uJy",
+            });
+        };
+        let Range { low, high } = self.prior.flux;
+        require(
+            "flux-cut",
+            flux_cut,
+            select != Select::Bayes || (low.0..high.0).contains(&flux_cut.0),
+            "must lie in the range of flux densities (--flux), part of which is below it with --select bayes",
+        )
+    }
+
+    /// What makes a mode a source.
+    pub fn selection(&self) -> Select {
+        self.select.unwrap_or(match self.flux_cut {
+            Some(_) => Select::Flux,
+            None => Select::Snr,
+        })
+    }
+
+    /// Lowest matched-filter signal-to-noise ratio of what may be a source.
+    pub fn lowest_snr(&self) -> f64 {
+        self.snr_cut.unwrap_or(match self.selection() {
+            Select::Snr | Select::Flux => SNR_CUT,
+            Select::Bayes | Select::PSource => SNR_CUT_BY_PROBABILITY,
+        })
     }
 
     /// The prior of one source.
@@ -522,6 +590,31 @@ mod tests {
                 .unwrap_err()
                 .to_string()
                 .contains("efficiency = 1.5")
+        );
+    }
+
+    #[test]
+    fn a_selection_by_flux_density_needs_a_cut_that_can_select() {
+        let mut config = Config {
+            select: Some(Select::Bayes),
+            ..Config::default()
+        };
+        assert!(
+            config
+                .check()
+                .unwrap_err()
+                .to_string()
+                .contains("--flux-cut")
+        );
+        config.flux_cut = Some(Flux(5e-6));
+        assert!(config.check().unwrap_err().to_string().contains("--flux"));
+        config.flux_cut = Some(Flux(20e-6));
+        config.check().unwrap();
+        assert_eq!(config.lowest_snr(), 5.0);
+        config.select = None;
+        assert_eq!(
+            (config.selection(), config.lowest_snr()),
+            (Select::Flux, 6.0)
         );
     }
 

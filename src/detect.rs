@@ -8,7 +8,7 @@
 //! 4. `refine` samples each source anew with all the others removed; `prune` takes out those
 //!    that are only a part of a close neighbour; the tiles are screened again without them.
 //! 5. `certify` weights the samples anew by all visibilities; sources that overlap are sampled
-//!    again together (`joint`).
+//!    again together (`joint`). Where probabilities are to tell, `select` has the last word.
 
 mod accept;
 mod certify;
@@ -24,6 +24,7 @@ mod prune;
 mod queue;
 mod refine;
 mod screen;
+mod select;
 mod tiles;
 
 pub use accept::Cuts;
@@ -31,6 +32,7 @@ pub use density::Census;
 pub use explore::{SamplerFactory, SamplerSettings, Task};
 pub use mode::{Mode, ModeSample, Status};
 pub use pipeline::{Detected, Detection, Screening, Settings, detect};
+pub use select::Likely;
 pub use tiles::{Tile, field_of_view, side_for_basin, tiles};
 
 use crate::dataset::DatasetError;

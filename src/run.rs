@@ -10,10 +10,10 @@ use vis2cat_formats::{ReadError, ReadOptions, Selection, WriteError};
 use crate::catalogue::CataloguePaths;
 use crate::chains;
 use crate::checkpoint::{Checkpoint, CheckpointError, Identity};
-use crate::config::{Config, ConfigError, SamplerKind, Tiling};
+use crate::config::{Config, ConfigError, SamplerKind, Select, Tiling};
 use crate::dataset::{Dataset, DatasetError, EngineOptions, NoiseUsed, OpenOptions};
 use crate::detect::{
-    Cuts, DetectError, Observer, SamplerSettings, Settings, Task, detect, field_of_view,
+    Cuts, DetectError, Likely, Observer, SamplerSettings, Settings, Task, detect, field_of_view,
     side_for_basin, tiles,
 };
 use crate::likelihood::Isa;
@@ -141,6 +141,7 @@ pub fn run(
     let field = field_of_view(config.fov.0);
     let beam_rad = dataset.info().beam_rad;
     let n_tile = n_tile(config, beam_rad);
+    let flux_cut_jy = config.flux_cut.map(|flux| flux.0);
     let settings = Settings {
         field,
         tiles: tiles(&field, n_tile, beam_rad),
@@ -149,12 +150,13 @@ pub fn run(
         screening: config.screening && !config.is_global(),
         prior: config.source_prior(),
         cuts: Cuts {
-            snr: config.snr_cut,
-            flux_jy: config.flux_cut.map(|flux| flux.0),
+            snr: config.lowest_snr(),
+            flux_jy: flux_cut_jy.filter(|_| config.selection() == Select::Flux),
             merge_radius_rad: config.merge_radius.map(|radius| radius.0),
             merge_floor_rad: MERGE_FLOOR_RAD,
             near_rad: NEAR_BEAMS * beam_rad,
         },
+        likely: likely(config),
         factory: &|settings| sampler(config, settings),
         n_live: config.n_live_tile(),
         n_live_source: N_LIVE_SOURCE,
@@ -263,6 +265,17 @@ fn report_noise(inputs: &[PathBuf], dataset: &Dataset) {
             tracing::info!("{input}: noise of a Stokes I sample: {noise}; used: {used}");
         }
     }
+}
+
+/// What is asked of sources above the cut, where probabilities select.
+fn likely(config: &Config) -> Option<Likely> {
+    let above_jy = match config.selection() {
+        Select::Snr | Select::Flux => return None,
+        Select::Bayes => config.flux_cut.map(|flux| flux.0),
+        Select::PSource => None,
+    };
+    let p_cut = config.p_cut;
+    Some(Likely { p_cut, above_jy })
 }
 
 fn n_tile(config: &Config, beam_rad: f64) -> usize {

@@ -10,7 +10,7 @@ mod truth;
 
 use vis2cat_formats::fits::{Column, ColumnData};
 
-pub(super) use catalogue::{CATALOGUE, is_of_beam, is_of_spectrum};
+pub(super) use catalogue::{CATALOGUE, is_of_beam, is_of_flux_cut, is_of_spectrum};
 pub(super) use modes::MODES;
 pub(super) use posterior::POSTERIOR;
 pub(super) use run::RUN;

@@ -28,6 +28,8 @@ pub struct CatalogueHeader {
     pub seed: u64,
     /// A primary beam was applied: there are `App_flux` and `PB_gain`.
     pub has_beam: bool,
+    /// Sources were selected by the probability to be bright: there is `P_above`.
+    pub has_p_above: bool,
     /// Spectral indices were free: there are columns of them.
     pub has_spectral_index: bool,
     /// Ranges of the priors.

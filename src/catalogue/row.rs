@@ -112,6 +112,8 @@ pub struct SourceRow {
     pub log_z: Estimate,
     /// Probability that this is a source.
     pub p_source: f64,
+    /// Probability that it is, and brighter than the flux cut; NaN where nobody asked.
+    pub p_above: f64,
     /// The primary beam there; NaN where none was applied.
     pub pb_gain: f64,
     /// Largest difference of ln L, exact minus fast engine; NaN if there was no exact pass.

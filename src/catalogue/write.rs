@@ -6,7 +6,9 @@ use vis2cat_formats::WriteError;
 use vis2cat_formats::fits::{Cards, Column, TableSpec, prepare_tables, refuse_existing};
 
 use super::band::ucd_band;
-use super::columns::{CATALOGUE, MODES, POSTERIOR, RUN, build, is_of_beam, is_of_spectrum};
+use super::columns::{
+    CATALOGUE, MODES, POSTERIOR, RUN, build, is_of_beam, is_of_flux_cut, is_of_spectrum,
+};
 use super::header::{CatalogueHeader, minimal};
 use super::row::{ModeRow, PosteriorRow, RunEntry, SourceRow};
 
@@ -69,6 +71,7 @@ pub fn write(
     let band = ucd_band(header.ref_freq_hz);
     let is_there = |column: &Column| {
         (header.has_beam || !is_of_beam(&column.name))
+            && (header.has_p_above || !is_of_flux_cut(&column.name))
             && (header.has_spectral_index || !is_of_spectrum(&column.name))
     };
     let mut columns = build(CATALOGUE, sources, band);

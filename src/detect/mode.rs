@@ -30,18 +30,21 @@ pub enum Status {
     ExplainedByBrighter,
     /// Once a close neighbour is sampled without it, nothing above the cut is left of it.
     PartOfNeighbour,
+    /// It is above the cut, but not likely enough to be a source, or one as bright as wanted.
+    Unlikely,
     /// Even its best model is no better than no source.
     WorseThanNoSource,
 }
 
 impl Status {
     /// Every status.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Kept,
         Self::F1Duplicate,
         Self::BelowCut,
         Self::ExplainedByBrighter,
         Self::PartOfNeighbour,
+        Self::Unlikely,
         Self::WorseThanNoSource,
     ];
 
@@ -58,6 +61,7 @@ impl Status {
             Self::BelowCut => "below_cut",
             Self::ExplainedByBrighter => "explained_by_brighter",
             Self::PartOfNeighbour => "part_of_neighbour",
+            Self::Unlikely => "unlikely",
             Self::WorseThanNoSource => "worse_than_no_source",
         }
     }

@@ -8,6 +8,7 @@ use super::joint::Joined;
 use super::leftover::Leftovers;
 use super::queue::{Queue, Search};
 use super::refine::{CLOSE_BEAMS, Found, Refinement};
+use super::select::{Likely, select};
 use super::{DetectError, Mode, Observer, Status, Tile};
 use crate::dataset::Dataset;
 use crate::prior::{Region, SourcePrior, Window};
@@ -32,6 +33,8 @@ pub struct Settings<'a> {
     pub prior: SourcePrior,
     /// What makes a mode a source.
     pub cuts: Cuts,
+    /// Of those, what is likely enough; none: all of them.
+    pub likely: Option<Likely>,
     /// Makes the samplers.
     pub factory: &'a SamplerFactory<'a>,
     /// Live points of a tile.
@@ -209,6 +212,9 @@ pub fn detect(
     detection.source_health = sources.iter().map(|found| found.health).sum();
     detection.report_health();
     detection.sources = detected(sources, &certificates, &joined);
+    if let Some(likely) = &settings.likely {
+        select(&mut detection, likely);
+    }
     detection.n_eval = dataset.n_eval();
     detection.screening = queue.screening(&settings.field);
     Ok(detection)

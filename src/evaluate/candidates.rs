@@ -112,7 +112,7 @@ fn of_modes(found: &FoundCatalogue, modes: &[FoundMode]) -> Vec<Seen> {
         // What a brighter source explains is weighed again once that is subtracted, but for the
         // signal-to-noise ratio alone.
         let is_current = match mode.status {
-            Status::Kept | Status::BelowCut => true,
+            Status::Kept | Status::BelowCut | Status::Unlikely => true,
             Status::ExplainedByBrighter => false,
             Status::F1Duplicate | Status::PartOfNeighbour | Status::WorseThanNoSource => {
                 return None;

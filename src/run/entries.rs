@@ -5,7 +5,7 @@ use crate::config::Config;
 use crate::dataset::{Dataset, NoiseReport};
 use crate::detect::{Detection, Settings};
 use crate::sampler::Health;
-use crate::units::ARCSEC;
+use crate::units::{ARCSEC, MICROJY};
 
 /// Versions, counts, diagnostics and options.
 pub(super) fn of_run(
@@ -71,6 +71,19 @@ pub(super) fn of_run(
     }));
     entries.extend(health_entries("search", &detection.search_health));
     entries.extend(health_entries("posterior", &detection.source_health));
+    // Which cut it was, if it was one.
+    entries.push(match settings.cuts.flux_jy {
+        None => RunEntry::new(
+            "search.snr_cut",
+            settings.cuts.snr,
+            "lowest signal-to-noise ratio",
+        ),
+        Some(flux_jy) => RunEntry::new(
+            "search.flux_cut",
+            flux_jy / MICROJY,
+            "[uJy] lowest flux density",
+        ),
+    });
     if let Some(screening) = detection.screening {
         entries.extend([
             RunEntry::new(

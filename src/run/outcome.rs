@@ -9,7 +9,7 @@ use crate::catalogue::{
     self, CatalogueHeader, CataloguePaths, Estimate, Flags, ModeRow, PosteriorRow, PriorRange,
     RunEntry, SourceRow, WeightedSample,
 };
-use crate::config::Config;
+use crate::config::{Config, Select};
 use crate::coords::{IcrsCentre, RaDec};
 use crate::dataset::Dataset;
 use crate::detect::{Census, Detected, Detection, Mode, Settings, Status};
@@ -138,6 +138,10 @@ impl Outcome {
                 err: mode.log_z_err,
             },
             p_source: census.p_source(mode),
+            p_above: settings
+                .likely
+                .filter(|likely| likely.above_jy.is_some())
+                .map_or(f64::NAN, |likely| likely.probability(census, mode)),
             pb_gain: f64::NAN,
             max_dlog_l: detected.max_dlog_l,
             post_row: self.posterior.len() as i64,
@@ -205,7 +209,7 @@ fn modes(sources: &[SourceRow], detection: &Detection, frame: IcrsCentre) -> Vec
                 .iter()
                 .find(|s| s.mode_id == mode_id)
                 .map(|s| s.p_source),
-            Status::BelowCut => Some(detection.census.p_source(mode)),
+            Status::BelowCut | Status::Unlikely => Some(detection.census.p_source(mode)),
             _ => None,
         };
         ModeRow {
@@ -289,6 +293,7 @@ fn header(config: &Config, dataset: &Dataset, frame: IcrsCentre) -> CatalogueHea
         phase_centre: frame.centre,
         profile: prior.profile,
         has_beam: config.beam.is_some(),
+        has_p_above: config.selection() == Select::Bayes,
         has_spectral_index: config.spectral_index.is_some_and(SpectralIndex::is_free),
         seed: config.seed,
         priors,

@@ -31,6 +31,7 @@ fn header() -> CatalogueHeader {
         profile: Profile::Exponential,
         seed: u64::MAX,
         has_beam: false,
+        has_p_above: false,
         has_spectral_index: false,
         priors: vec![PriorRange {
             parameter: "Total_flux".into(),
@@ -123,6 +124,7 @@ fn found_with(n: usize) -> Found {
                 err: 0.2,
             },
             p_source: f64::NAN,
+            p_above: f64::NAN,
             max_dlog_l: f64::NAN,
             flags: posterior.flags().with(Flags::AT_BORDER),
             post_row,

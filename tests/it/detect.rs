@@ -667,6 +667,7 @@ fn find(data: &mut Dataset) -> Detection {
             merge_floor_rad: 0.4 * ARCSEC,
             near_rad: 12.0 * beam_rad,
         },
+        likely: None,
         factory: &factory,
         n_live: 50,
         n_live_source: 60,

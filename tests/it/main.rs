@@ -15,5 +15,6 @@ mod oracles;
 mod pyuvdata;
 mod report;
 mod sampler;
+mod select;
 mod simulate;
 mod support;

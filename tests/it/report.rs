@@ -310,6 +310,7 @@ fn names_from_files_are_text_and_no_markup() {
         profile: Profile::Exponential,
         seed: 1,
         has_beam: false,
+        has_p_above: false,
         has_spectral_index: false,
         priors: Vec::new(),
         config: Vec::new(),

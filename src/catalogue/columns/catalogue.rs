@@ -22,6 +22,14 @@ pub(in crate::catalogue) fn is_of_beam(name: &str) -> bool {
     name == APP_FLUX || name == PB_GAIN
 }
 
+/// Column that is there where sources were selected by the probability to be bright.
+const P_ABOVE: &str = "P_above";
+
+/// True for the column that is there where sources were selected by the probability to be bright.
+pub(in crate::catalogue) fn is_of_flux_cut(name: &str) -> bool {
+    name == P_ABOVE
+}
+
 /// Names and identifiers, position, flux density, shape, significance, quality, samples.
 #[rustfmt::skip]
 pub(in crate::catalogue) const CATALOGUE: &[ColumnDef<SourceRow>] = &[
@@ -61,6 +69,7 @@ pub(in crate::catalogue) const CATALOGUE: &[ColumnDef<SourceRow>] = &[
     real("Log_Z", "", "stat.likelihood", "local log evidence against no source, others removed", |r| r.log_z.mean),
     real("E_Log_Z", "", "stat.error", "1 sigma of Log_Z", |r| r.log_z.err),
     real("P_source", "", "stat.probability;src", "probability that this is a source", |r| r.p_source),
+    real(P_ABOVE, "", "stat.probability;src", "the same, and that it is brighter than the flux cut", |r| r.p_above),
     real("N_eff", "", "meta.number", "effective number of samples", |r| r.posterior.n_eff),
     real("Max_dlogL", "", "stat.value", "largest ln L difference, exact minus fast engine", |r| r.max_dlog_l),
     plain("Flags", "meta.code.qual", "bits, see the comments of this header", Get::Bits(|r| r.flags.0)),

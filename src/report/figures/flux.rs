@@ -8,7 +8,7 @@ use super::super::svg::Svg;
 use super::{CORNER, LEGEND, PANEL, SIZE};
 use crate::catalogue::{FoundMode, FoundRow};
 use crate::detect::Status;
-use crate::units::{ARCSEC, Flux, MICROJY};
+use crate::units::{ARCSEC, MICROJY};
 
 const FLUX_LABEL: &str = "Flux density [µJy]";
 
@@ -62,14 +62,8 @@ fn snr(contents: &Contents) -> Option<Figure> {
     if points.is_empty() {
         return None;
     }
-    let flux_cut = contents.details.entry("config.flux-cut");
-    let flux_cut = flux_cut.and_then(|cut| cut.parse::<Flux>().ok());
-    let flux_cut_ujy = flux_cut.map(|cut| cut.0 / MICROJY);
-    // A cut in flux density takes the place of the other.
-    let snr_cut = contents
-        .details
-        .number("config.snr-cut")
-        .filter(|_| flux_cut.is_none());
+    let flux_cut_ujy = contents.details.number("search.flux_cut");
+    let snr_cut = contents.details.number("search.snr_cut");
     let fluxes = points.iter().flat_map(|p| p.flux_ujy.ends());
     let panel = Panel {
         x: Axis::log(FLUX_LABEL, fluxes.chain(flux_cut_ujy)),
