@@ -10,13 +10,17 @@
 //! # Source
 //! HDF5 File Format Specification 3.0; HDF5 1.14 Reference Manual.
 
+mod chunks;
 mod dataset;
 mod filter;
 mod group;
 mod number;
+mod raw;
 mod text;
+mod unpack;
 mod write;
 
+pub(crate) use chunks::Plain;
 pub(crate) use dataset::{Dataset, Kind};
 pub(crate) use group::Group;
 pub(crate) use write::{Growing, NewFile, NewGroup, Packing};

@@ -7,7 +7,8 @@
 
 A case says what is simulated and how it is searched, as options of vis2cat, and what the paper has; `kind` says which
 module of this folder measures it (`fields` if it says nothing). `docs/paper.md` is written from the results by
-`tables.py`. Needs numpy, astropy, scipy, GNU time and a release build.
+`tables.py`. Needs numpy, astropy,
+scipy, GNU time and a release build.
 """
 
 import argparse

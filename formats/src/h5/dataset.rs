@@ -2,10 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use bytemuck::{Pod, Zeroable};
 use hdf5::types::TypeDescriptor;
 use hdf5::{H5Type, Hyperslab, SliceOrIndex};
+use num_complex::Complex;
 
-use super::{filter, unreadable};
+use super::chunks::{self, Plain};
+use super::unpack::Pipeline;
+use super::{filter, raw, unreadable};
 use crate::ReadError;
 
 /// How many bytes a filter can make of one: deflate's bound is 1032, LZF's 88 (zlib manual, "Maximum
@@ -18,6 +22,14 @@ const MAX_FILTERED_CHUNK_BYTES: u64 = 1 << 28;
 /// Most bytes in memory of what is read in one piece: a few kilobytes packed can become as many
 /// megabytes, and a channel or an antenna takes 64 at most.
 const MAX_HEADER_BYTES: u128 = 1 << 28;
+
+/// A complex number as correlators write it.
+#[derive(Clone, Copy, H5Type, Pod, Zeroable)]
+#[repr(C)]
+struct WholeComplex {
+    r: i32,
+    i: i32,
+}
 
 /// What the elements are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,7 +64,11 @@ pub(crate) struct Dataset {
     pub(crate) chunk: Option<Vec<usize>>,
     /// Whether chunks are compressed or otherwise changed.
     pub(crate) filtered: bool,
+    /// What undoes that here; none where only libhdf5 can.
+    pipeline: Option<Pipeline>,
     element_bytes: usize,
+    /// Bytes in the file, which two datasets of a hostile file may share but not exceed.
+    stored_bytes: u64,
 }
 
 impl Dataset {
@@ -78,7 +94,12 @@ impl Dataset {
         let plist = dataset.dcpl().map_err(damaged)?;
         let chunk = plist.get_chunk().map_err(damaged)?;
         let filters = filter::pipeline(&plist);
+        let file_bytes = std::fs::metadata(path).map_or(0, |metadata| metadata.len());
         let found = Self {
+            stored_bytes: dataset.storage_size().min(file_bytes),
+            pipeline: (filters.as_ref().ok())
+                .filter(|list| !list.is_empty())
+                .and_then(|list| Pipeline::new(list, element_bytes)),
             filtered: filters.as_ref().map_or(true, |list| !list.is_empty()),
             path: path.to_owned(),
             name,
@@ -143,7 +164,7 @@ impl Dataset {
     /// Must come before an allocation of the dataset's size. Of chunked data that were written in
     /// part only this says no: use [`stored_part`](Self::stored_part) for those.
     pub(crate) fn prove_stored(&self) -> Result<(), ReadError> {
-        let stored = u128::from(self.stored_bytes());
+        let stored = u128::from(self.stored_bytes);
         let possible = if self.filtered {
             stored.saturating_mul(MAX_EXPANSION)
         } else {
@@ -175,12 +196,6 @@ impl Dataset {
         Ok((written, wanted))
     }
 
-    /// Bytes in the file, which two datasets of a hostile file may share but not exceed.
-    fn stored_bytes(&self) -> u64 {
-        let file_bytes = std::fs::metadata(&self.path).map_or(0, |metadata| metadata.len());
-        self.inner.storage_size().min(file_bytes)
-    }
-
     /// All elements, in the order of the file.
     pub(super) fn read_all<T: H5Type>(&self) -> Result<Vec<T>, ReadError> {
         self.prove_stored()?;
@@ -189,13 +204,96 @@ impl Dataset {
             let what = format!("its shape {:?} is more than a header can have", self.shape);
             return Err(self.unsupported(what));
         }
+        let all: Vec<(usize, usize)> = self.shape.iter().map(|&n| (0, n)).collect();
+        self.check_chunks(&all)?;
         let read = self.inner.read_raw();
         read.map_err(|error| self.damaged("", &error))
     }
 
     /// The elements of a block: first element and count along each axis, none of them beyond the
     /// shape. What that allocates is the caller's choice.
-    pub(crate) fn read_block<T: H5Type>(
+    pub(crate) fn read_block<T: Plain>(
+        &self,
+        block: &[(usize, usize)],
+    ) -> Result<Vec<T>, ReadError> {
+        match (&self.chunk, &self.pipeline) {
+            (Some(chunk), Some(pipeline)) if self.holds::<T>() => {
+                chunks::read(self, block, chunk, pipeline)
+            }
+            _ => self.read_converted(block),
+        }
+    }
+
+    /// Complex numbers of whichever parts. Whole ones, as correlators write them, are converted here, which
+    /// libhdf5 does one member at a time.
+    pub(crate) fn read_complex(
+        &self,
+        block: &[(usize, usize)],
+    ) -> Result<Vec<Complex<f32>>, ReadError> {
+        if !self.holds::<WholeComplex>() {
+            return self.read_block(block);
+        }
+        let whole = self.read_block::<WholeComplex>(block)?;
+        let real = |pair: &WholeComplex| Complex::new(pair.r as f32, pair.i as f32);
+        Ok(whole.iter().map(real).collect())
+    }
+
+    /// The same for any type, into which libhdf5 converts.
+    pub(super) fn read_converted<T: H5Type>(
+        &self,
+        block: &[(usize, usize)],
+    ) -> Result<Vec<T>, ReadError> {
+        self.check_chunks(block)?;
+        self.read_by_library(block)
+    }
+
+    /// Makes sure that the chunks of a block are whole, if they are packed.
+    fn check_chunks(&self, block: &[(usize, usize)]) -> Result<(), ReadError> {
+        match (&self.chunk, &self.pipeline) {
+            (Some(chunk), Some(pipeline)) => chunks::check(self, block, chunk, pipeline),
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether the elements are of type `T` to the byte.
+    fn holds<T: H5Type>(&self) -> bool {
+        let is_byte = self.kind == Kind::Boolean && self.element_bytes == 1 && size_of::<T>() == 1;
+        let is_same = |dtype: hdf5::Datatype| {
+            hdf5::Datatype::from_type::<T>().is_ok_and(|wanted| wanted == dtype)
+        };
+        is_byte || self.inner.dtype().is_ok_and(is_same)
+    }
+
+    /// Bytes of an element in the file.
+    pub(super) fn element_bytes(&self) -> usize {
+        self.element_bytes
+    }
+
+    /// The bytes of the chunk that begins at `first`, and a bit for each filter that it did not go through;
+    /// none if it was never written.
+    pub(super) fn packed_chunk(
+        &self,
+        first: &[usize],
+    ) -> Result<Option<(Vec<u8>, u32)>, ReadError> {
+        let at = || format!("the chunk at {first:?} ");
+        let damaged = |error: hdf5::Error| self.damaged(&at(), &error);
+        let Some(bytes) = raw::chunk_bytes(&self.inner, first).map_err(damaged)? else {
+            return Ok(None);
+        };
+        if bytes > self.stored_bytes {
+            let what = format!(
+                "{}has {bytes} bytes, more than there are: the file is damaged or truncated: copy it again",
+                at()
+            );
+            return Err(self.malformed(what));
+        }
+        raw::read_chunk(&self.inner, first, bytes)
+            .map(Some)
+            .map_err(damaged)
+    }
+
+    /// Reads a block of chunks that are known to be whole, or not packed.
+    pub(super) fn read_by_library<T: H5Type>(
         &self,
         block: &[(usize, usize)],
     ) -> Result<Vec<T>, ReadError> {
@@ -254,6 +352,14 @@ impl Dataset {
 
     fn damaged(&self, rows: &str, error: &hdf5::Error) -> ReadError {
         self.malformed(format!("{rows}{}", unreadable(error)))
+    }
+}
+
+#[cfg(test)]
+impl Dataset {
+    /// Address of the first chunk in the file.
+    pub(super) fn first_chunk_at(&self) -> Option<usize> {
+        self.inner.chunk_info(0).map(|info| info.addr as usize)
     }
 }
 

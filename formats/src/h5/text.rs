@@ -46,7 +46,7 @@ impl Dataset {
         let count: usize = self.shape.iter().product();
         if N > 64 && count > 1 {
             self.prove_stored()?;
-            let one = |i| self.read_block::<FixedAscii<N>>(&[(i, 1)]);
+            let one = |i| self.read_converted::<FixedAscii<N>>(&[(i, 1)]);
             if self.shape.len() != 1 {
                 return Err(self.malformed(format!("has shape {:?}, must be a list", self.shape)));
             }

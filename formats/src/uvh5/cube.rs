@@ -7,9 +7,11 @@
 
 use std::ops::Range;
 
+use num_complex::Complex;
+
 use super::axes::Axes;
 use crate::ReadError;
-use crate::h5::Dataset;
+use crate::h5::{Dataset, Plain};
 
 /// Bytes that a window may have, unless one row has more.
 const MAX_WINDOW_BYTES: usize = 1 << 25;
@@ -77,7 +79,22 @@ impl Plan {
     }
 }
 
-impl<T: hdf5::H5Type + Copy + Default> Cube<T> {
+/// What an array holds, and how it is read.
+pub(super) trait Element: Plain {
+    fn read(dataset: &Dataset, block: &[(usize, usize)]) -> Result<Vec<Self>, ReadError> {
+        dataset.read_block(block)
+    }
+}
+
+impl Element for i8 {}
+impl Element for f32 {}
+impl Element for Complex<f32> {
+    fn read(dataset: &Dataset, block: &[(usize, usize)]) -> Result<Vec<Self>, ReadError> {
+        dataset.read_complex(block)
+    }
+}
+
+impl<T: Element> Cube<T> {
     /// Holds nothing yet. Warns of chunks that were never written.
     pub(super) fn open(
         dataset: Dataset,
@@ -164,7 +181,7 @@ impl<T: hdf5::H5Type + Copy + Default> Cube<T> {
         if self.axes.old {
             block.insert(1, (0, 1));
         }
-        self.dataset.read_block(&block)
+        T::read(&self.dataset, &block)
     }
 }
 

@@ -9,7 +9,7 @@ use super::antennas::Antennas;
 use super::phase_centres::PhaseCentres;
 use crate::chunk::RowHead;
 use crate::date::MJD_ZERO_JD;
-use crate::h5::{Dataset, Group};
+use crate::h5::{Dataset, Group, Plain};
 use crate::{ReadError, VisChunk};
 
 /// Rows held at a time.
@@ -174,7 +174,7 @@ impl Column<i64> {
     }
 }
 
-impl<T: hdf5::H5Type + Copy> Column<T> {
+impl<T: Plain> Column<T> {
     fn new(dataset: Dataset, n_row: usize, rest: &[usize]) -> Result<Self, ReadError> {
         let mut shape = vec![n_row];
         shape.extend(rest);

@@ -1,0 +1,82 @@
+//! What the crates over libhdf5 and liblzf have no safe function for.
+#![allow(unsafe_code)] // FFI
+
+use hdf5_sys::h5d::H5Dread_chunk;
+use hdf5_sys::h5i::hid_t;
+use hdf5_sys::h5p::H5P_DEFAULT;
+
+unsafe extern "C" {
+    // The crate has H5Dget_chunk_info_by_coord instead, which looks at every chunk of the dataset.
+    fn H5Dget_chunk_storage_size(
+        dataset: hid_t,
+        first: *const u64,
+        bytes: *mut u64,
+    ) -> std::ffi::c_int;
+}
+
+/// Bytes that the chunk which begins at `first` takes in the file; none if it was never written.
+pub(super) fn chunk_bytes(
+    dataset: &hdf5::Dataset,
+    first: &[usize],
+) -> Result<Option<u64>, hdf5::Error> {
+    let first: Vec<u64> = first.iter().map(|&i| i as u64).collect();
+    let mut bytes = 0u64;
+    // SAFETY: `first` has an element for each axis of the dataset, which `done` makes sure of.
+    let call =
+        || unsafe { H5Dget_chunk_storage_size(dataset.id(), first.as_ptr(), &raw mut bytes) };
+    done(dataset, &first, call)?;
+    Ok((bytes > 0).then_some(bytes))
+}
+
+/// The chunk that begins at `first` and has that many `bytes` in the file, as it stands there, and a bit for
+/// each filter that it did not go through.
+pub(super) fn read_chunk(
+    dataset: &hdf5::Dataset,
+    first: &[usize],
+    bytes: u64,
+) -> Result<(Vec<u8>, u32), hdf5::Error> {
+    let first: Vec<u64> = first.iter().map(|&i| i as u64).collect();
+    let (mut chunk, mut left_out) = (vec![0u8; bytes as usize], 0u32);
+    // SAFETY: `first` is as above, and `chunk` has the bytes that libhdf5 said the chunk has, which it copies.
+    let call = || unsafe {
+        H5Dread_chunk(
+            dataset.id(),
+            H5P_DEFAULT,
+            first.as_ptr(),
+            &raw mut left_out,
+            chunk.as_mut_ptr().cast(),
+        )
+    };
+    done(dataset, &first, call)?;
+    Ok((chunk, left_out))
+}
+
+/// Calls libhdf5 under the lock of its crate.
+fn done(
+    dataset: &hdf5::Dataset,
+    first: &[u64],
+    call: impl FnOnce() -> std::ffi::c_int,
+) -> Result<(), hdf5::Error> {
+    if dataset.ndim() != first.len() {
+        return Err("a chunk has as many axes as its dataset".into());
+    }
+    hdf5::sync::sync(|| match call() {
+        0.. => Ok(()),
+        _ => Err(hdf5::Error::query().unwrap_or_else(|_| "libhdf5 does not say why".into())),
+    })
+}
+
+/// What LZF made of at most `longest` bytes; none if it is not that.
+pub(super) fn decompress_lzf(bytes: &[u8], longest: usize) -> Option<Vec<u8>> {
+    let n_in = bytes.len().try_into().ok()?;
+    let n_out = longest.try_into().ok()?;
+    let mut out = Vec::<u8>::with_capacity(longest);
+    // SAFETY: liblzf reads `n_in` bytes of the one and writes at most `n_out` of the other, for which there is
+    // room; it says how many, or 0 where it gave up.
+    unsafe {
+        let n =
+            lzf_sys::lzf_decompress(bytes.as_ptr().cast(), n_in, out.as_mut_ptr().cast(), n_out);
+        out.set_len(n as usize);
+    }
+    (!out.is_empty()).then_some(out)
+}
