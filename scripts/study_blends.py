@@ -81,6 +81,7 @@ def chi_square(members):
 
 
 def study(program, case, seeds, folder):
+    """Pulls and errors, axes (blend, galaxy, parameter), chi square of each blend, and how many were sampled jointly."""
     simulation, search, truth = CASES[case]
     sky = folder / "sky.csv"
     rows = "".join(",".join(map(str, source)) + "\n" for source in truth)
@@ -102,7 +103,7 @@ def study(program, case, seeds, folder):
         chi2_of_all, largest = chi_square(members)
         chi2.append(chi2_of_all)
         joint += largest == len(truth)
-    report(program, case, np.array(pulls), np.array(errors), np.array(chi2), joint)
+    return np.array(pulls), np.array(errors), np.array(chi2), joint
 
 
 def report(program, case, pulls, errors, chi2, joint):
@@ -129,7 +130,7 @@ def main():
     for case in args.case or CASES:
         for program in args.program or [str(ROOT / "target/release/vis2cat")]:
             with tempfile.TemporaryDirectory() as folder:
-                study(program, case, range(1, args.seeds + 1), pathlib.Path(folder))
+                report(program, case, *study(program, case, range(1, args.seeds + 1), pathlib.Path(folder)))
 
 
 if __name__ == "__main__":

@@ -13,9 +13,11 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use vis2cat_formats::fits::refuse_existing;
 
 use crate::config::{Config, ConfigError, Engine, NoiseSource, SamplerKind, Select, Tiling};
 use crate::run::{self, Keep, Outputs, RunError};
+use crate::timing::{self, Stopwatch};
 use crate::units::{Angle, Flux, Memory, Range};
 
 const EXAMPLES: &str = "\
@@ -111,6 +113,9 @@ struct DetectArgs {
     /// Folder for the posterior of each source in the files of GetDist, anesthetic and MultiNest
     #[arg(long, value_name = "DIR")]
     chains: Option<PathBuf>,
+    /// File for the wall time of each stage (CSV), which `vis2cat report --timings` shows
+    #[arg(long, value_name = "FILE")]
+    timings: Option<PathBuf>,
     /// Keep a checkpoint beside the catalogue, OUT.checkpoint, until the run has ended
     #[arg(long)]
     checkpoint: bool,
@@ -297,8 +302,16 @@ fn detect(args: DetectArgs) -> Result<(), RunError> {
         overwrite: args.common.overwrite,
         keep,
     };
-    let outcome = run::run(inputs, outputs, &config, &mut progress)?;
+    if let Some(path) = &args.timings {
+        refuse_existing(path, args.common.overwrite)?;
+    }
+    let mut stopwatch = Stopwatch::new(&mut progress);
+    let outcome = run::run(inputs, outputs, &config, &mut stopwatch)?;
+    let stages = stopwatch.stages();
     progress.finish();
+    if let Some(path) = &args.timings {
+        timing::write(path, args.common.overwrite, &stages)?;
+    }
     if !args.common.quiet {
         say(&outcome.summary);
     }

@@ -19,4 +19,5 @@ pub mod rime;
 pub mod run;
 pub mod sampler;
 pub mod simulate;
+pub mod timing;
 pub mod units;

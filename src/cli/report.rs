@@ -11,6 +11,7 @@ use crate::chains;
 use crate::detect::Observer;
 use crate::report::{CheckOptions, Contents, Report, check, write_pngs};
 use crate::run::RunError;
+use crate::timing;
 use vis2cat_formats::fits::refuse_existing;
 
 const EXAMPLES: &str = "\
@@ -42,6 +43,9 @@ pub(crate) struct ReportArgs {
     /// Visibilities, to compare with what the posterior predicts
     #[arg(long, value_name = "FILE", num_args = 1..)]
     data: Vec<PathBuf>,
+    /// Wall times of the run, as its option --timings wrote them
+    #[arg(long, value_name = "FILE")]
+    timings: Option<PathBuf>,
     /// Folder for every figure as a PNG file
     #[arg(long, value_name = "DIR")]
     png: Option<PathBuf>,
@@ -68,6 +72,9 @@ pub(crate) fn execute(args: &ReportArgs) -> Result<(), RunError> {
         chains::refuse_existing(folder, overwrite)?;
     }
     let mut contents = Contents::read(&args.catalogue, args.truth.as_deref())?;
+    if let Some(path) = &args.timings {
+        contents = contents.with_timings(timing::read(path)?);
+    }
     if !args.data.is_empty() {
         let options = CheckOptions {
             inputs: args.data.clone(),

@@ -11,6 +11,7 @@ use crate::catalogue::{
 };
 use crate::coords::{Lm, RaDec};
 use crate::evaluate::{Evaluation, MatchedRow, evaluate};
+use crate::timing::StageTime;
 
 /// Everything that a report is made of.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +22,8 @@ pub struct Contents {
     pub(super) details: Details,
     pub(super) truth: Option<Truth>,
     pub(super) check: Option<Check>,
+    /// Wall times of the run; none if nobody noted them.
+    pub(super) timings: Vec<StageTime>,
 }
 
 /// True sources, and how the catalogue compares with them.
@@ -55,6 +58,7 @@ impl Contents {
             details,
             truth: truth.transpose()?,
             check: None,
+            timings: Vec::new(),
         })
     }
 
@@ -65,6 +69,12 @@ impl Contents {
             check: Some(check),
             ..self
         }
+    }
+
+    /// The same with how long the stages of the run took.
+    #[must_use]
+    pub fn with_timings(self, timings: Vec<StageTime>) -> Self {
+        Self { timings, ..self }
     }
 
     /// What positions are offsets from: the centre of the searched field, or of the sources.

@@ -89,7 +89,11 @@ fn sections(contents: &Contents, figures: &Figures) -> Vec<Section> {
         "Posteriors",
         posteriors::html(contents, figures),
     ));
-    sections.push(section("run", "Run", run::html(&contents.details)));
+    sections.push(section(
+        "run",
+        "Run",
+        run::html(&contents.details, &contents.timings),
+    ));
     sections
 }
 

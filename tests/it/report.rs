@@ -336,6 +336,38 @@ fn names_from_files_are_text_and_no_markup() {
 }
 
 #[test]
+fn where_the_time_went_is_shown_where_it_was_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, times) = (
+        folder.path().join("out.fits"),
+        folder.path().join("times.csv"),
+    );
+    let data = searched().data.display();
+    let command = format!(
+        "{data} {} --fov 10arcsec --snr-cut 1e6 --timings {}",
+        out.display(),
+        times.display()
+    );
+    vis2cat_ok(command.split_whitespace());
+    let page = folder.path().join("out.html");
+    let command = format!(
+        "report {} -o {} --timings {}",
+        out.display(),
+        page.display(),
+        times.display()
+    );
+    vis2cat_ok(command.split_whitespace());
+    let html = std::fs::read_to_string(&page).unwrap();
+    let page = parse(&html);
+    let heads: Vec<String> = elements(&page, "th").map(text).collect();
+    for line in std::fs::read_to_string(&times).unwrap().lines().skip(1) {
+        let stage = line.split(',').next().unwrap();
+        assert!(heads.iter().any(|head| head == stage), "{stage}");
+    }
+    assert!(heads.iter().any(|head| head == "reading"), "{heads:?}");
+}
+
+#[test]
 fn a_catalogue_of_another_program_is_shown_as_far_as_it_goes() {
     let folder = tempfile::tempdir().unwrap();
     let csv = folder.path().join("other.csv");

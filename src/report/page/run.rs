@@ -3,9 +3,10 @@
 use std::fmt::Write as _;
 
 use super::super::details::Details;
-use super::super::format::short;
+use super::super::format::{decimals, short};
 use super::super::svg::escaped;
 use crate::catalogue::RunEntry;
+use crate::timing::StageTime;
 
 /// Stages of a run that samplers are diagnosed in.
 const STAGES: [(&str, &str); 2] = [
@@ -13,8 +14,8 @@ const STAGES: [(&str, &str); 2] = [
     ("sampler.posterior.", "Posteriors of sources"),
 ];
 
-pub(super) fn html(details: &Details) -> String {
-    if details.run.is_empty() && details.header.is_empty() {
+pub(super) fn html(details: &Details, timings: &[StageTime]) -> String {
+    if details.run.is_empty() && details.header.is_empty() && timings.is_empty() {
         return "<p>The catalogue does not say how it was made: it has no table RUN.</p>\n"
             .to_owned();
     }
@@ -27,6 +28,7 @@ pub(super) fn html(details: &Details) -> String {
         .collect();
     let options: Vec<&RunEntry> = details.run.iter().filter(is_option).collect();
     let mut html = origin(details);
+    html.push_str(&times(timings));
     html.push_str(&samplers(details));
     html.push_str(&entries("Data, search and noise", &counts));
     html.push_str(&entries("Options", &options));
@@ -43,6 +45,40 @@ fn origin(details: &Details) -> String {
         );
     }
     html.push_str("\n</dl>\n");
+    html
+}
+
+/// Where the time went, the longest stage first.
+fn times(timings: &[StageTime]) -> String {
+    if timings.is_empty() {
+        return String::new();
+    }
+    let mut timings: Vec<&StageTime> = timings.iter().collect();
+    timings.sort_by(|a, b| b.wall_s.total_cmp(&a.wall_s));
+    let all_s: f64 = timings.iter().map(|t| t.wall_s).sum();
+    let mut html = format!(
+        "<div class=\"scroll\"><table>\n<caption>Where the time went, {} s in all</caption>\n<thead><tr>\
+         <th scope=\"col\">Stage</th><th scope=\"col\">Times</th><th scope=\"col\">Wall time [s]</th>\
+         <th scope=\"col\">Part [%]</th></tr></thead>\n<tbody>\n",
+        decimals(all_s, 1)
+    );
+    for StageTime {
+        stage,
+        times,
+        wall_s,
+    } in timings
+    {
+        let part = 100.0 * wall_s / all_s.max(f64::MIN_POSITIVE);
+        let _ = writeln!(
+            html,
+            "<tr><th scope=\"row\">{}</th><td class=\"number\">{times}</td><td class=\"number\">{}</td>\
+             <td class=\"number\">{}</td></tr>",
+            escaped(stage),
+            decimals(*wall_s, 2),
+            decimals(part, 1)
+        );
+    }
+    html.push_str("</tbody>\n</table></div>\n");
     html
 }
 
