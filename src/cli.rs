@@ -2,6 +2,7 @@
 
 mod convert;
 mod evaluate;
+mod guard;
 mod info;
 mod instrument;
 mod progress;
@@ -10,7 +11,8 @@ mod select;
 mod simulate;
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use vis2cat_formats::fits::refuse_existing;
@@ -254,6 +256,33 @@ impl Cli {
             Some(Command::Report(args)) => args.common(),
             None => self.detect.common,
         }
+    }
+
+    /// The files that the command reads visibilities from.
+    fn inputs(&self) -> Vec<&Path> {
+        match &self.command {
+            Some(Command::Info(args)) => vec![args.file()],
+            Some(Command::Convert(args)) => vec![args.input()],
+            Some(Command::Report(args)) => args.data().iter().map(PathBuf::as_path).collect(),
+            Some(Command::Simulate(_) | Command::Evaluate(_)) => Vec::new(),
+            None => {
+                let inputs = self.detect.paths.split_last().map(|(_, inputs)| inputs);
+                inputs
+                    .unwrap_or_default()
+                    .iter()
+                    .map(PathBuf::as_path)
+                    .collect()
+            }
+        }
+    }
+
+    /// The exit code of a process of its own that did all of it, where an input may end its reader; none where
+    /// [`execute`](Self::execute) is to do it.
+    ///
+    /// # Errors
+    /// That process was ended by a damaged input.
+    pub fn execute_guarded(&self) -> Result<Option<ExitCode>, RunError> {
+        guard::run_guarded(&self.inputs())
     }
 
     /// Runs the command; what it has to say goes to standard output.

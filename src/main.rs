@@ -28,8 +28,13 @@ fn main() -> ExitCode {
             .num_threads(n)
             .build_global();
     }
-    match cli.execute() {
-        Ok(()) => ExitCode::SUCCESS,
+    let done = match cli.execute_guarded() {
+        Ok(Some(code)) => Ok(code),
+        Ok(None) => cli.execute().map(|()| ExitCode::SUCCESS),
+        Err(error) => Err(error),
+    };
+    match done {
+        Ok(code) => code,
         Err(error) => {
             complain(&error);
             ExitCode::from(error.exit_code())

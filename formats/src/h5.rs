@@ -30,12 +30,19 @@ fn words(error: &hdf5::Error) -> String {
     error.to_string().replace('\n', " ")
 }
 
+/// Whether another process has the file for itself.
+fn is_locked(error: &hdf5::Error) -> bool {
+    words(error).contains("unable to lock file")
+}
+
 /// What cannot be read, and what to do about it.
 fn unreadable(error: &hdf5::Error) -> String {
     let words = words(error);
     // What every part of a file says first is the version of its layout.
     let advice = if words.contains("bad version number") {
         "it is damaged, or of a newer layout than HDF5 1.14 knows: rewrite it with h5repack --high=v114"
+    } else if is_locked(error) {
+        "another program writes it, or its file system has no locks: wait, or set HDF5_USE_FILE_LOCKING=FALSE"
     } else {
         "the file is damaged or truncated: copy it again"
     };

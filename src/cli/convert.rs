@@ -1,6 +1,6 @@
 //! `vis2cat convert`: one visibility format to another.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use vis2cat_formats::{Averaging, ReadError, ReadOptions, VisChunk, create, open_with};
@@ -72,6 +72,10 @@ pub(crate) struct ConvertArgs {
 }
 
 impl ConvertArgs {
+    pub(crate) fn input(&self) -> &Path {
+        &self.input
+    }
+
     fn options(&self) -> ReadOptions {
         let mut options = self.read.options();
         options.select.times_mjd = self.times;

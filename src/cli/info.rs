@@ -1,7 +1,7 @@
 //! `vis2cat info`: what is in a visibility file.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::Serialize;
@@ -30,6 +30,10 @@ pub(crate) struct InfoArgs {
 }
 
 impl InfoArgs {
+    pub(crate) fn file(&self) -> &Path {
+        &self.file
+    }
+
     pub(crate) fn common(&self) -> CommonArgs {
         CommonArgs {
             quiet: self.quiet,

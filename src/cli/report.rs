@@ -59,6 +59,10 @@ pub(crate) struct ReportArgs {
 }
 
 impl ReportArgs {
+    pub(crate) fn data(&self) -> &[PathBuf] {
+        &self.data
+    }
+
     pub(crate) fn common(&self) -> CommonArgs {
         self.common
     }

@@ -77,3 +77,33 @@ fn an_output_that_exists_and_an_input_that_does_not_are_errors() {
     let left = std::fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(left, 1, "nothing but what was there");
 }
+
+/// Damage on which casacore reads where there is no memory: the program has another one read, and says so.
+#[cfg(all(unix, feature = "ms"))]
+#[test]
+fn a_set_that_ends_its_reader_is_an_error_that_names_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let archive = in_repository("fixtures/good/ms_standard_storage.ms.tar.gz");
+    let packed = flate2::read::GzDecoder::new(std::fs::File::open(archive).unwrap());
+    tar::Archive::new(packed).unpack(folder.path()).unwrap();
+    let set = folder.path().join("ms_standard_storage.ms");
+    let storage = set.join("table.f12");
+    let mut bytes = std::fs::read(&storage).unwrap();
+    bytes[530..534].fill(236);
+    std::fs::write(&storage, bytes).unwrap();
+    let out = folder.path().join("out.uvfits");
+    for args in [
+        vec!["info".as_ref(), set.as_os_str()],
+        vec!["convert".as_ref(), set.as_os_str(), out.as_os_str()],
+        vec![set.as_os_str(), out.as_os_str()],
+    ] {
+        let done = vis2cat(args);
+        assert_eq!(done.status.code(), Some(3), "{}", errors(&done));
+        assert!(
+            errors(&done).contains("ms_standard_storage.ms"),
+            "{}",
+            errors(&done)
+        );
+    }
+    assert!(!out.exists());
+}

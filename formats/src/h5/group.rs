@@ -2,12 +2,17 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use hdf5::LinkType;
 
 use super::dataset::Dataset;
-use super::unreadable;
+use super::{is_locked, unreadable};
 use crate::ReadError;
+
+/// How often a file that is locked is tried again, and after how long.
+const MOST_TRIES: u32 = 20;
+const WAIT: Duration = Duration::from_millis(50);
 
 /// A group of a file that is open for reading.
 #[derive(Debug)]
@@ -23,15 +28,11 @@ pub(crate) struct Group {
 impl Group {
     /// The root of a file.
     pub(crate) fn open(path: &Path) -> Result<Self, ReadError> {
-        // Chunks are asked for whole and once: a cache would only be one more copy of each.
-        let file = hdf5::File::with_options()
-            .with_fapl(|access| access.chunk_cache(1, 0, 0.0))
-            .open(path)
-            .map_err(|error| ReadError::Malformed {
-                path: path.to_owned(),
-                place: "file".into(),
-                what: unreadable(&error),
-            })?;
+        let file = open_when_free(path).map_err(|error| ReadError::Malformed {
+            path: path.to_owned(),
+            place: "file".into(),
+            what: unreadable(&error),
+        })?;
         let group = file
             .as_group()
             .map_err(|error| damaged(path, "file", &error))?;
@@ -134,6 +135,26 @@ impl Group {
             (true, false) => name.to_owned(),
             (false, true) => self.name.clone(),
             (false, false) => format!("{}/{name}", self.name),
+        }
+    }
+}
+
+/// Opens a file; one that is locked, once it is free, unless that takes too long.
+///
+/// A process that was started while a file was open for writing holds its lock until it runs its own program.
+fn open_when_free(path: &Path) -> Result<hdf5::File, hdf5::Error> {
+    let mut n_try = 0;
+    loop {
+        // Chunks are asked for whole and once: a cache would only be one more copy of each.
+        let opened = hdf5::File::with_options()
+            .with_fapl(|access| access.chunk_cache(1, 0, 0.0))
+            .open(path);
+        match opened {
+            Err(error) if n_try < MOST_TRIES && is_locked(&error) => {
+                n_try += 1;
+                std::thread::sleep(WAIT);
+            }
+            done => return done,
         }
     }
 }

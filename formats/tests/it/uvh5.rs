@@ -384,6 +384,25 @@ fn shapes() -> impl Strategy<Value = Shape> {
     })
 }
 
+/// A file that another program writes is waited for, and then refused with words that say so.
+#[test]
+fn a_file_that_is_locked_is_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.uvh5");
+    let good = files(&fixtures("good"), "uvh5").remove(0);
+    std::fs::copy(good, &path).unwrap();
+    let lock = std::fs::File::open(&path).unwrap();
+    lock.lock().unwrap();
+    let error = read(&path, 9).unwrap_err().to_string();
+    assert!(error.contains("HDF5_USE_FILE_LOCKING"), "{error}");
+    let holder = std::thread::spawn(move || {
+        std::thread::sleep(std::time::Duration::from_millis(200));
+        drop(lock);
+    });
+    read(&path, 9).unwrap();
+    holder.join().unwrap();
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..ProptestConfig::default() })]
 
