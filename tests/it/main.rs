@@ -7,6 +7,7 @@ mod chains;
 mod checkpoint;
 mod cli;
 mod convert;
+mod dataset;
 mod detect;
 mod evaluate;
 mod inputs;
