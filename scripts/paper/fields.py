@@ -12,32 +12,23 @@ OF_SEED = ("seed", "n_sample", "n_eval", "seconds", "cpu_seconds", "megabytes", 
 
 
 def run(case, args, folder):
-    """The result of all seeds of a case."""
+    """Counts for each seed of a case, and pulls of all galaxies."""
     threads = f" --threads {args.threads}" if args.threads else ""
     study = types.SimpleNamespace(program=args.program, simulate=case["simulate"], starts=None)
-    searches = {"": case["search"]} | {f".{name}": options for name, options in case.get("also", {}).items()}
-    results = {name: [] for name in searches}
+    results = []
     for seed in case["seeds"]:
-        for name, options in searches.items():
-            results[name].append(field(study, case, seed, folder, options + threads, name))
+        results.append(field(study, case, seed, folder, case["search"] + threads))
         if not args.keep:
             (folder / f"seed{seed}.uvfits").unlink()
-    fields = {name.strip(".") or "search": summary(rows) for name, rows in results.items()}
-    return {"searches": fields}
+    parameters = [pulls(results, i) for i in range(len(results[0].get("parameters", [])))]
+    return {"seeds": [of_seed(result) for result in results], "parameters": [p for p in parameters if p["n"]]}
 
 
-def field(study, case, seed, folder, options, name):
-    evaluated = study_simulated.study(study, seed, folder, options, name)
+def field(study, case, seed, folder, options):
+    evaluated = study_simulated.study(study, seed, folder, options, "")
     if case.get("oracle"):
         evaluated["oracle"] = oracle_snr(folder / f"seed{seed}.uvfits", folder / f"seed{seed}.truth.fits")
     return evaluated
-
-
-def summary(results):
-    """All seeds in one: counts for each, and pulls of all galaxies."""
-    rows = [of_seed(result) for result in results]
-    parameters = [pulls(results, i) for i in range(len(results[0].get("parameters", [])))]
-    return {"seeds": rows, "parameters": [p for p in parameters if p["n"]]}
 
 
 def of_seed(result):

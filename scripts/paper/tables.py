@@ -20,18 +20,16 @@ def table(head, rows):
 
 
 def fields(result):
-    """A table of seeds for each search, and one of pulls."""
-    parts = []
-    for name, search in result["searches"].items():
-        seeds = search["seeds"]
-        head = ["seed", "visibilities", "found", "missed", "false", "ln L", "CPU [s]", "wall [s]", "memory [MB]"]
-        rows = [[s["seed"], s["n_sample"], s["found"], s["missed"], s["false"], f"{s['n_eval'] / 1e6:.2f} million",
-                 f"{s['cpu_seconds']:.0f}", f"{s['seconds']:.0f}", f"{s['megabytes']:.0f}"] for s in seeds]
-        parts.append(("" if name == "search" else f"{name}:\n\n") + table(head, rows))
-        if any("clean" in s for s in seeds) and any(s["false"] or s["missed"] for s in seeds):
-            parts.append(cuts(seeds))
-        if search["parameters"]:
-            parts.append(pulls(search["parameters"]))
+    """Tables of the seeds, of cuts moved over the modes if any galaxy was missed or false, and of pulls."""
+    seeds = result["seeds"]
+    head = ["seed", "visibilities", "found", "missed", "false", "ln L", "CPU [s]", "memory [MB]"]
+    rows = [[s["seed"], s["n_sample"], s["found"], s["missed"], s["false"], f"{s['n_eval'] / 1e6:.2f} million",
+             f"{s['cpu_seconds']:.0f}", f"{s['megabytes']:.0f}"] for s in seeds]
+    parts = [table(head, rows)]
+    if any("clean" in s for s in seeds) and any(s["false"] or s["missed"] for s in seeds):
+        parts.append(cuts(seeds))
+    if result["parameters"]:
+        parts.append(pulls(result["parameters"]))
     return "\n\n".join(parts)
 
 
@@ -49,6 +47,12 @@ def cuts(seeds):
             row += [f"{clean['cut']:.2f}", clean["n_true"], f"{of[0]} of {of[1]}",
                     f"{oracle[0]} of {oracle[1]}" if oracle else "–"]
         rows.append(row + ["–"] * (len(head) - len(row)))
+    known = [s for s in seeds if s.get("roc_area") is not None and s.get("clean")]
+    if len(known) > 1:
+        mean = lambda values: f"{sum(values) / len(known):.3f}"
+        part = lambda key: mean([s["clean"][key][0] / s["clean"][key][1] for s in known])
+        rows.append(["mean", mean([s["roc_area"] for s in known]), mean([s["log_z_roc_area"] for s in known]), "", "",
+                     part("completeness_snr_5"), part("oracle_snr_5") if "oracle_snr_5" in known[0]["clean"] else "–"])
     return table(head, rows)
 
 
