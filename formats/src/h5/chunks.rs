@@ -99,7 +99,8 @@ fn places(block: &[(usize, usize)], chunk: &[usize]) -> Vec<Place> {
         part: Vec::new(),
     }];
     for (&(first, count), &n) in block.iter().zip(chunk) {
-        let end = first + count;
+        // libhdf5 refuses chunks of nothing; a division must not depend on that.
+        let (n, end) = (n.max(1), first + count);
         let along = (first / n..end.div_ceil(n)).map(|i| {
             let from = (i * n).max(first);
             (i * n, (from, ((i + 1) * n).min(end) - from))
