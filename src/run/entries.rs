@@ -71,19 +71,7 @@ pub(super) fn of_run(
     }));
     entries.extend(health_entries("search", &detection.search_health));
     entries.extend(health_entries("posterior", &detection.source_health));
-    // Which cut it was, if it was one.
-    entries.push(match settings.cuts.flux_jy {
-        None => RunEntry::new(
-            "search.snr_cut",
-            settings.cuts.snr,
-            "lowest signal-to-noise ratio",
-        ),
-        Some(flux_jy) => RunEntry::new(
-            "search.flux_cut",
-            flux_jy / MICROJY,
-            "[uJy] lowest flux density",
-        ),
-    });
+    entries.push(cut_entry(settings));
     if let Some(screening) = detection.screening {
         entries.extend([
             RunEntry::new(
@@ -118,6 +106,19 @@ pub(super) fn of_run(
         }
     }
     entries
+}
+
+/// Which cut it was.
+fn cut_entry(settings: &Settings) -> RunEntry {
+    let cuts = &settings.cuts;
+    match cuts.flux_jy {
+        None => RunEntry::new("search.snr_cut", cuts.snr, "lowest signal-to-noise ratio"),
+        Some(flux_jy) => RunEntry::new(
+            "search.flux_cut",
+            flux_jy / MICROJY,
+            "[uJy] lowest flux density",
+        ),
+    }
 }
 
 /// What is told of the samplers of a stage, if there were any.

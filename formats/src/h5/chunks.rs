@@ -30,30 +30,14 @@ pub(super) fn read<T: Plain>(
     let n_element: usize = block.iter().map(|(_, count)| count).product();
     let mut values = vec![T::zeroed(); n_element];
     let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut values);
-    for place in places(block, chunk) {
-        match unpacked(dataset, &place, pipeline, chunk)? {
-            Some(whole) => copy(
-                &whole,
-                &place.first,
-                chunk,
-                &place.part,
-                bytes,
-                block,
-                size_of::<T>(),
-            ),
-            None => {
-                let part: Vec<T> = dataset.read_by_library(&place.part)?;
-                let (first, counts): (Vec<usize>, Vec<usize>) = place.part.iter().copied().unzip();
-                copy(
-                    bytemuck::cast_slice(&part),
-                    &first,
-                    &counts,
-                    &place.part,
-                    bytes,
-                    block,
-                    size_of::<T>(),
-                );
-            }
+    for Place { first, part } in places(block, chunk) {
+        if let Some(whole) = unpacked(dataset, &first, pipeline, chunk)? {
+            copy(&whole, &first, chunk, &part, bytes, block, size_of::<T>());
+        } else {
+            let values: Vec<T> = dataset.read_by_library(&part)?;
+            let (first, counts): (Vec<usize>, Vec<usize>) = part.iter().copied().unzip();
+            let values = bytemuck::cast_slice(&values);
+            copy(values, &first, &counts, &part, bytes, block, size_of::<T>());
         }
     }
     Ok(values)
@@ -67,25 +51,24 @@ pub(super) fn check(
     pipeline: &Pipeline,
 ) -> Result<(), ReadError> {
     for place in places(block, chunk) {
-        unpacked(dataset, &place, pipeline, chunk)?;
+        unpacked(dataset, &place.first, pipeline, chunk)?;
     }
     Ok(())
 }
 
-/// A chunk as it was before it was packed; none if it was never written.
+/// The chunk that begins at `first` as it was before it was packed; none if it was never written.
 fn unpacked(
     dataset: &Dataset,
-    place: &Place,
+    first: &[usize],
     pipeline: &Pipeline,
     chunk: &[usize],
 ) -> Result<Option<Vec<u8>>, ReadError> {
-    let Some((packed, left_out)) = dataset.packed_chunk(&place.first)? else {
+    let Some((packed, left_out)) = dataset.packed_chunk(first)? else {
         return Ok(None);
     };
     let chunk_bytes = chunk.iter().product::<usize>() * dataset.element_bytes();
     let unpacked = pipeline.undo(packed, left_out, chunk_bytes);
     unpacked.map(Some).map_err(|what| {
-        let first = &place.first;
         dataset.malformed(format!(
             "the chunk at {first:?} {what}: the file is damaged, copy it again"
         ))
