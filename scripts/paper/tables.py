@@ -85,7 +85,7 @@ def calibration(result):
 def blends(result):
     head = ["blend", "all found", "sampled jointly", "rms pull", "largest", "chi²", "parameters"]
     return table(head, [[r["name"], f"{r['all_found']} of {r['blends']}", r["sampled_jointly"], f"{r['rms_pull']:.2f}",
-                         f"{r['largest_pull']:.1f}", f"{r['chi2']:.1f} ± {r['chi2_err']:.1f}", r["parameters"]]
+                         f"{r['largest_pull']:.1f}", f"{r['chi2']:.1f}" + (f" ± {r['chi2_err']:.1f}" if r["all_found"] > 1 else ""), r["parameters"]]
                         for r in result["rows"]])
 
 
