@@ -578,19 +578,17 @@ mod tests {
         assert!(error.contains("snr-cutt"), "{error}");
     }
 
+    fn complaint(config: &Config) -> String {
+        config.check().unwrap_err().to_string()
+    }
+
     #[test]
     fn values_out_of_range_are_named() {
         let config = Config {
             efficiency: 1.5,
             ..Config::default()
         };
-        assert!(
-            config
-                .check()
-                .unwrap_err()
-                .to_string()
-                .contains("efficiency = 1.5")
-        );
+        assert!(complaint(&config).contains("efficiency = 1.5"));
     }
 
     #[test]
@@ -599,15 +597,9 @@ mod tests {
             select: Some(Select::Bayes),
             ..Config::default()
         };
-        assert!(
-            config
-                .check()
-                .unwrap_err()
-                .to_string()
-                .contains("--flux-cut")
-        );
+        assert!(complaint(&config).contains("--flux-cut"));
         config.flux_cut = Some(Flux(5e-6));
-        assert!(config.check().unwrap_err().to_string().contains("--flux"));
+        assert!(complaint(&config).contains("--flux"));
         config.flux_cut = Some(Flux(20e-6));
         config.check().unwrap();
         assert_eq!(config.lowest_snr(), 5.0);

@@ -1,7 +1,7 @@
 //! Where the time of a run went, in a file of its own: the outputs of a run do not depend on the clock.
 
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 use vis2cat_formats::{PendingFile, ReadError, WriteError};
@@ -22,7 +22,8 @@ pub struct StageTime {
 /// Passes on what it sees, and notes how long each stage takes.
 pub struct Stopwatch<'a> {
     inner: &'a mut dyn Observer,
-    stages: Vec<(String, u64, Duration)>,
+    /// The one that goes on stands last.
+    stages: Vec<StageTime>,
     since: Instant,
 }
 
@@ -36,21 +37,16 @@ impl<'a> Stopwatch<'a> {
         }
     }
 
-    /// The stages until now, in the order in which they came first.
+    /// The stages until now, in the order in which they came last.
     pub fn stages(mut self) -> Vec<StageTime> {
         self.stop();
-        let stage = |(stage, times, wall): (String, u64, Duration)| StageTime {
-            stage,
-            times,
-            wall_s: wall.as_secs_f64(),
-        };
-        self.stages.into_iter().map(stage).collect()
+        self.stages
     }
 
     /// Time since the last stage began belongs to that.
     fn stop(&mut self) {
-        if let Some((_, _, wall)) = self.stages.last_mut() {
-            *wall += self.since.elapsed();
+        if let Some(stage) = self.stages.last_mut() {
+            stage.wall_s += self.since.elapsed().as_secs_f64();
         }
         self.since = Instant::now();
     }
@@ -59,13 +55,16 @@ impl<'a> Stopwatch<'a> {
 impl Observer for Stopwatch<'_> {
     fn stage(&mut self, name: &str, n_step: u64) {
         self.stop();
-        // The stage that goes on stands last, so that its time is added there.
-        let known = self.stages.iter().position(|(stage, ..)| stage == name);
+        let known = self.stages.iter().position(|known| known.stage == name);
         let mut stage = match known {
             Some(i) => self.stages.remove(i),
-            None => (name.to_owned(), 0, Duration::ZERO),
+            None => StageTime {
+                stage: name.to_owned(),
+                times: 0,
+                wall_s: 0.0,
+            },
         };
-        stage.1 += 1;
+        stage.times += 1;
         self.stages.push(stage);
         self.inner.stage(name, n_step);
     }
@@ -80,15 +79,17 @@ impl Observer for Stopwatch<'_> {
 /// # Errors
 /// The file exists and `overwrite` is false, or it cannot be written.
 pub fn write(path: &Path, overwrite: bool, stages: &[StageTime]) -> Result<(), WriteError> {
+    let unwritten = |what: String| WriteError::Parameter {
+        path: path.to_owned(),
+        what,
+    };
     let mut text = csv::Writer::from_writer(Vec::new());
     for stage in stages {
-        text.serialize(stage)
-            .map_err(|error| WriteError::Parameter {
-                path: path.to_owned(),
-                what: error.to_string(),
-            })?;
+        let written = text.serialize(stage);
+        written.map_err(|error| unwritten(error.to_string()))?;
     }
-    let text = text.into_inner().unwrap_or_default();
+    let text = text.into_inner();
+    let text = text.map_err(|error| unwritten(error.to_string()))?;
     let mut file = PendingFile::create(path, overwrite)?;
     file.append(&text)?;
     file.commit()
@@ -114,6 +115,8 @@ pub fn read(path: &Path) -> Result<Vec<StageTime>, ReadError> {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
     use crate::detect::NoObserver;
 

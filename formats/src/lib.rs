@@ -69,7 +69,7 @@ pub use observation::{
     Antenna, Corr, EarthOrientation, Field, Frame, FreqSetup, MsNotes, Observation, TimeScale,
     Uvh5Notes,
 };
-pub use open::{ReadOptions, open, open_all, open_with};
+pub use open::{ReadOptions, is_measurement_set, open, open_all, open_with};
 pub use pending::PendingFile;
 pub use reader::{VisReader, VisWriter};
 pub use select::{Selected, Selection};

@@ -109,8 +109,13 @@ fn open_file(path: &Path, options: &ReadOptions) -> Result<Box<dyn VisReader>, R
     })
 }
 
+/// Whether a path looks like a Measurement Set: a directory with a table of casacore in it.
+pub fn is_measurement_set(path: &Path) -> bool {
+    path.join("table.dat").is_file()
+}
+
 fn open_directory(path: &Path, options: &ReadOptions) -> Result<Box<dyn VisReader>, ReadError> {
-    if !path.join("table.dat").is_file() {
+    if !is_measurement_set(path) {
         return Err(ReadError::Unsupported {
             path: path.to_owned(),
             place: "directory".to_owned(),

@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, ExitStatus};
 
-use vis2cat_formats::ReadError;
+use vis2cat_formats::{ReadError, is_measurement_set};
 
 use crate::run::RunError;
 
@@ -20,10 +20,7 @@ const GUARDED: &str = "VIS2CAT_GUARDED";
 /// # Errors
 /// It was ended by a signal that a damaged input sends.
 pub(super) fn run_guarded(inputs: &[&Path]) -> Result<Option<ExitCode>, RunError> {
-    let Some(set) = inputs
-        .iter()
-        .find(|input| input.join("table.dat").is_file())
-    else {
+    let Some(set) = inputs.iter().find(|input| is_measurement_set(input)) else {
         return Ok(None);
     };
     if std::env::var_os(GUARDED).is_some() {

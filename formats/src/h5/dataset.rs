@@ -111,7 +111,7 @@ impl Dataset {
         };
         found.check_place(&plist)?;
         filters
-            .and_then(|list| filter::check(&list, found.chunk_bytes()))
+            .and_then(|list| filter::check(&list))
             .map_err(|what| found.unsupported(what))?;
         found.check_shape()?;
         Ok(Some(found))
