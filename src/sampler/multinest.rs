@@ -266,6 +266,7 @@ impl MultiNest {
         }
         self.regions[i].near = self.neighbourhood(i, &clusters);
         let region = &mut self.regions[i];
+        region.follow(&clusters);
         let ellipsoids = clusters.into_iter().map(|c| c.ellipsoid).collect();
         region.bound = Union::new(ellipsoids, &region.mode.low);
     }
@@ -293,8 +294,11 @@ impl MultiNest {
             typical,
         } in children
         {
+            let excess = total_log_volume(&clusters) - mode.log_x;
             self.regions.push(Region {
                 typical,
+                excess,
+                excess_at_search: excess,
                 ..Region::new(mode)
             });
             self.rebind(self.regions.len() - 1, clusters);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bytemuck::{Pod, Zeroable};
+use hdf5::plist::dataset_create::ChunkOpts;
 use hdf5::types::TypeDescriptor;
 use hdf5::{H5Type, Hyperslab, SliceOrIndex};
 use num_complex::Complex;
@@ -66,6 +67,8 @@ pub(crate) struct Dataset {
     pub(crate) filtered: bool,
     /// What undoes that here; none where only libhdf5 can.
     pipeline: Option<Pipeline>,
+    /// Chunks beyond the edge of the shape did not go through the filters.
+    edges_unfiltered: bool,
     element_bytes: usize,
     /// Bytes in the file, which two datasets of a hostile file may share but not exceed.
     stored_bytes: u64,
@@ -101,6 +104,9 @@ impl Dataset {
                 .filter(|list| !list.is_empty())
                 .and_then(|list| Pipeline::new(list, element_bytes)),
             filtered: filters.as_ref().map_or(true, |list| !list.is_empty()),
+            edges_unfiltered: plist
+                .chunk_opts()
+                .is_some_and(|opts| opts.contains(ChunkOpts::DONT_FILTER_PARTIAL_CHUNKS)),
             path: path.to_owned(),
             name,
             inner: dataset,
@@ -287,9 +293,17 @@ impl Dataset {
             );
             return Err(self.malformed(what));
         }
-        raw::read_chunk(&self.inner, first, bytes)
-            .map(Some)
-            .map_err(damaged)
+        let (packed, left_out) = raw::read_chunk(&self.inner, first, bytes).map_err(damaged)?;
+        // libhdf5 knows of these without the mask.
+        let is_bare = self.edges_unfiltered && self.overhangs(first);
+        Ok(Some((packed, if is_bare { u32::MAX } else { left_out })))
+    }
+
+    /// Whether the chunk that begins at `first` reaches beyond the shape.
+    fn overhangs(&self, first: &[usize]) -> bool {
+        let chunk = self.chunk.iter().flatten();
+        let mut ends = first.iter().zip(chunk).zip(&self.shape);
+        ends.any(|((first, n), end)| first + n > *end)
     }
 
     /// Reads a block of chunks that are known to be whole, or not packed.

@@ -165,6 +165,7 @@ mod tests {
 
     use super::*;
     use crate::h5::Dataset;
+    use hdf5::plist::dataset_create::ChunkOpts;
 
     const SHAPE: [usize; 2] = [40, 7];
 
@@ -175,12 +176,21 @@ mod tests {
 
     /// A file of libhdf5 with chunks that overhang, packed with `filters`.
     fn written(folder: &std::path::Path, filters: &[Filter]) -> std::path::PathBuf {
+        written_with(folder, filters, ChunkOpts::empty())
+    }
+
+    fn written_with(
+        folder: &std::path::Path,
+        filters: &[Filter],
+        opts: ChunkOpts,
+    ) -> std::path::PathBuf {
         let path = folder.join("a.h5");
         let file = hdf5::File::create(&path).unwrap();
         let data = ndarray::Array2::from_shape_vec((SHAPE[0], SHAPE[1]), values()).unwrap();
         let builder = file.new_dataset_builder().with_data(&data);
         builder
             .chunk((16, 3))
+            .chunk_opts(opts)
             .set_filters(filters)
             .create("a")
             .unwrap();
@@ -228,6 +238,23 @@ mod tests {
                 dataset.read_block::<f64>(&[(10, 25), (2, 5)]).unwrap(),
                 wide
             );
+        }
+    }
+
+    #[test]
+    fn chunks_at_the_edge_that_were_left_as_they_are_are_taken_so() {
+        for filters in all() {
+            let folder = tempfile::tempdir().unwrap();
+            let path = written_with(
+                folder.path(),
+                &filters,
+                ChunkOpts::DONT_FILTER_PARTIAL_CHUNKS,
+            );
+            let dataset = look(&path);
+            let block = [(0, 40), (0, 7)];
+            assert_eq!(dataset.read_block::<f32>(&block).unwrap(), values());
+            let wide: Vec<f64> = values().iter().map(|&x| f64::from(x)).collect();
+            assert_eq!(dataset.read_block::<f64>(&block).unwrap(), wide);
         }
     }
 

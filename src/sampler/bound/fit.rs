@@ -16,6 +16,9 @@ use nalgebra::DMatrix;
 /// Parts of the point set that are left out in turn.
 const N_FOLDS: usize = 4;
 
+/// Points for each dimension that give a covariance of their own.
+const FEW_PER_DIM: usize = 5;
+
 /// A set of points and the ellipsoid around it.
 #[derive(Debug, Clone)]
 pub(in crate::sampler) struct Cluster {
@@ -70,16 +73,21 @@ pub(super) fn fit(
     }
 }
 
+/// Whether a set of points is so small that its covariance is mixed with another.
+pub(in crate::sampler) fn are_few(n_point: usize, n_dim: usize) -> bool {
+    n_point <= FEW_PER_DIM * n_dim
+}
+
 /// The ellipsoid of Mahalanobis radius 1 of a regularised covariance.
 ///
-/// Fewer than 5 d degrees of freedom: the covariance is mixed with the prior's, scaled so that the
+/// Few points: the covariance is mixed with the prior's, scaled so that the
 /// points have their expected distances in it.
 fn gaussian(moments: &Moments, prior: Option<&DMatrix<f64>>) -> Ellipsoid {
     let scatter = moments.scatter();
     let n_dim = scatter.nrows();
     let dof = moments.n().saturating_sub(1) as f64;
     let own = &scatter / dof.max(1.0);
-    let weight = (1.0 - dof / (5 * n_dim) as f64).max(0.0);
+    let weight = (1.0 - dof / (FEW_PER_DIM * n_dim) as f64).max(0.0);
     let mut shape = own.clone();
     if weight > 0.0 {
         let (target, scale) = match prior {

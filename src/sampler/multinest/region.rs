@@ -1,6 +1,6 @@
 //! One mode of [`super::MultiNest`]: its bound, and when that is due for renewal.
 
-use crate::sampler::bound::{Neighbourhood, Union};
+use crate::sampler::bound::{Cluster, Neighbourhood, Union, are_few};
 use crate::sampler::nest::Mode;
 use nalgebra::DMatrix;
 
@@ -8,6 +8,10 @@ use nalgebra::DMatrix;
 const MANY: usize = 1000;
 /// Growth of ln of the ellipsoids' volume over the expected one that is such a reason.
 const DRIFT: f64 = 0.05;
+/// ln of the ellipsoids' volume over the expected one from which on every fit is a search.
+const VAST: f64 = 3.0;
+/// Draws from the cube, in live points, after which there is a search though few points have died.
+const VAIN: u64 = 8;
 
 /// A mode with the region that its proposals come from.
 #[derive(Debug)]
@@ -61,12 +65,31 @@ impl Region {
 
     /// Whether clusters are to be searched for: after as many deaths as half the live points. Where these
     /// are many, only if there are no ellipsoids or they have got worse, or after as many again.
+    ///
+    /// Sooner where most draws are in vain: faint modes die within a small part of the volume that bright ones
+    /// have, and have to be seen before.
     pub(super) fn is_search_due(&self) -> bool {
         let n = self.mode.n_live();
         let half = 2 * self.since_search() >= n;
         let is_worse = self.excess > self.excess_at_search + DRIFT;
         let is_cube = self.bound.ellipsoids().is_empty();
-        half && (n <= MANY || is_worse || is_cube || self.since_search() >= n)
+        let is_vain = if is_cube {
+            self.n_tried >= VAIN * n as u64
+        } else {
+            self.excess > VAST && 8 * self.since_search() >= n
+        };
+        is_vain || half && (n <= MANY || is_worse || is_cube || self.since_search() >= n)
+    }
+
+    /// A mode of few points leans on the shape that it had last: it shrinks more in some dimensions than in
+    /// others, and that of its siblings at the split soon fits it no more.
+    pub(super) fn follow(&mut self, clusters: &[Cluster]) {
+        if let [whole] = clusters
+            && are_few(whole.index.len(), whole.ellipsoid.n_dim())
+        {
+            let n_dim = whole.ellipsoid.n_dim() as f64;
+            self.typical = Some(whole.ellipsoid.shape() / (n_dim + 2.0));
+        }
     }
 
     /// Deaths since the ellipsoids were last fitted.
