@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 const MANY: usize = 1000;
 /// Growth of ln of the ellipsoids' volume over the expected one that is such a reason.
 const DRIFT: f64 = 0.05;
-/// ln of the ellipsoids' volume over the expected one from which on every fit is a search.
+/// ln of the ellipsoids' volume over the expected one from which on every fit of many points is a search.
 const VAST: f64 = 3.0;
 /// Draws from the cube, in live points, after which there is a search though few points have died.
 const VAIN: u64 = 8;
@@ -66,8 +66,8 @@ impl Region {
     /// Whether clusters are to be searched for: after as many deaths as half the live points. Where these
     /// are many, only if there are no ellipsoids or they have got worse, or after as many again.
     ///
-    /// Sooner where most draws are in vain: faint modes die within a small part of the volume that bright ones
-    /// have, and have to be seen before.
+    /// Sooner where most draws are in vain, from the cube or for many points: faint modes die within a small part
+    /// of the volume that bright ones have, and have to be seen before.
     pub(super) fn is_search_due(&self) -> bool {
         let n = self.mode.n_live();
         let half = 2 * self.since_search() >= n;
@@ -76,7 +76,7 @@ impl Region {
         let is_vain = if is_cube {
             self.n_tried >= VAIN * n as u64
         } else {
-            self.excess > VAST && 8 * self.since_search() >= n
+            n > MANY && self.excess > VAST && 8 * self.since_search() >= n
         };
         is_vain || half && (n <= MANY || is_worse || is_cube || self.since_search() >= n)
     }
