@@ -14,6 +14,7 @@ mod chunks;
 mod dataset;
 mod filter;
 mod group;
+mod lzf;
 mod number;
 mod raw;
 mod text;

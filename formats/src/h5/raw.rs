@@ -1,4 +1,4 @@
-//! What the crates over libhdf5 and liblzf have no safe function for.
+//! What the crate over libhdf5 has no safe function for.
 #![allow(unsafe_code)] // FFI
 
 use hdf5_sys::h5d::H5Dread_chunk;
@@ -64,19 +64,4 @@ fn done(
         0.. => Ok(()),
         _ => Err(hdf5::Error::query().unwrap_or_else(|_| "libhdf5 does not say why".into())),
     })
-}
-
-/// What LZF made of at most `longest` bytes; none if it is not that.
-pub(super) fn decompress_lzf(bytes: &[u8], longest: usize) -> Option<Vec<u8>> {
-    let n_in = bytes.len().try_into().ok()?;
-    let n_out = longest.try_into().ok()?;
-    let mut out = Vec::<u8>::with_capacity(longest);
-    // SAFETY: liblzf reads `n_in` bytes of the one and writes at most `n_out` of the other, for which there is
-    // room; it says how many, or 0 where it gave up.
-    unsafe {
-        let n =
-            lzf_sys::lzf_decompress(bytes.as_ptr().cast(), n_in, out.as_mut_ptr().cast(), n_out);
-        out.set_len(n as usize);
-    }
-    (!out.is_empty()).then_some(out)
 }

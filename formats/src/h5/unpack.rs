@@ -10,7 +10,7 @@
 use flate2::{Decompress, FlushDecompress, Status};
 use hdf5::filters::Filter;
 
-use super::raw;
+use super::lzf;
 
 /// Bytes that a Fletcher checksum adds to a chunk.
 const CHECKSUM_BYTES: usize = 4;
@@ -93,7 +93,7 @@ fn inflate(bytes: &[u8], longest: usize) -> Result<Vec<u8>, String> {
 }
 
 fn undo_lzf(bytes: &[u8], longest: usize) -> Result<Vec<u8>, String> {
-    raw::decompress_lzf(bytes, longest).ok_or_else(|| "is no LZF, or of more than a chunk".into())
+    lzf::decompress(bytes, longest).ok_or_else(|| "is no LZF, or of more than a chunk".into())
 }
 
 /// Bytes back into elements; those beyond the last whole element stand at the end as they are.
