@@ -144,6 +144,41 @@ fn a_faint_mode_is_finished_beside_a_bright_one() {
     assert!((faint.std[1] / 0.05 - 1.0).abs() < 0.3);
 }
 
+/// Sources of unknown place and amplitude in noise, as a likelihood of one of them sees them: those of signal-to-noise
+/// ratio 100 take a hundred times the room of those of 14, which are nothing by the time that the former have lost
+/// a tenth of it.
+#[test]
+fn faint_modes_are_seen_before_bright_ones_have_shrunk() {
+    const WIDTH: f64 = 0.01;
+    let at = |k: usize| {
+        let (column, row) = ((k % 4) as f64, (k / 4) as f64);
+        [0.14 + 0.24 * column, 0.14 + 0.24 * row]
+    };
+    let snr = |k: usize| if k % 2 == 0 { 100.0 } else { 14.0 };
+    let log_l = |u: &[f64]| {
+        let seen = |k: usize| {
+            let r2 = (u[0] - at(k)[0]).powi(2) + (u[1] - at(k)[1]).powi(2);
+            snr(k) * (-0.5 * r2 / (WIDTH * WIDTH)).exp()
+        };
+        let amplitude = 12.0 + 120.0 * u[2];
+        amplitude * (0..16).map(seen).sum::<f64>() - 0.5 * amplitude * amplitude
+    };
+    for seed in SEEDS.take(3) {
+        let config = MultiNestConfig {
+            seed,
+            mode_dims: vec![0, 1],
+            n_live_mode: 4,
+            ..MultiNestConfig::new(3, 2000)
+        };
+        let modes = solve(config, log_l).modes();
+        for k in 0..16 {
+            let is_it =
+                |m: &ModeSummary| (m.mean[0] - at(k)[0]).hypot(m.mean[1] - at(k)[1]) < 0.2 * WIDTH;
+            assert!(modes.iter().any(is_it), "seed {seed}: no mode {k}");
+        }
+    }
+}
+
 #[test]
 fn the_same_seed_gives_the_same_bits_whatever_evaluates() {
     let problem = problems::eggbox();
