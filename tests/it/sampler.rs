@@ -154,7 +154,7 @@ fn faint_modes_are_seen_before_bright_ones_have_shrunk() {
         let (column, row) = ((k % 4) as f64, (k / 4) as f64);
         [0.14 + 0.24 * column, 0.14 + 0.24 * row]
     };
-    let snr = |k: usize| if k % 2 == 0 { 100.0 } else { 14.0 };
+    let snr = |k: usize| if k.is_multiple_of(2) { 100.0 } else { 14.0 };
     let log_l = |u: &[f64]| {
         let seen = |k: usize| {
             let r2 = (u[0] - at(k)[0]).powi(2) + (u[1] - at(k)[1]).powi(2);
