@@ -28,6 +28,8 @@ pub(in crate::sampler) struct Cluster {
     pub(in crate::sampler) ellipsoid: Ellipsoid,
     /// Clusters with the same number are connected by their points.
     pub(in crate::sampler) part: usize,
+    /// Of few points: the mixed covariance that the ellipsoid was made of.
+    pub(in crate::sampler) covariance: Option<DMatrix<f64>>,
 }
 
 /// The ellipsoid for the points `index`, enlarged to hold left-out points and to a volume of at
@@ -63,6 +65,7 @@ pub(super) fn fit(
             radius2 = radius2.max(blind.distance2(cloud.row(i)));
         }
     }
+    let covariance = are_few(index.len(), cloud.n_dim).then(|| unit.shape());
     let mut ellipsoid = unit;
     ellipsoid.grow(0.5 * cloud.n_dim as f64 * radius2.ln());
     ellipsoid.grow((log_share - ellipsoid.log_volume()).max(0.0));
@@ -70,11 +73,12 @@ pub(super) fn fit(
         index,
         ellipsoid,
         part: 0,
+        covariance,
     }
 }
 
 /// Whether a set of points is so small that its covariance is mixed with another.
-pub(in crate::sampler) fn are_few(n_point: usize, n_dim: usize) -> bool {
+fn are_few(n_point: usize, n_dim: usize) -> bool {
     n_point <= FEW_PER_DIM * n_dim
 }
 

@@ -1,6 +1,6 @@
 //! One mode of [`super::MultiNest`]: its bound, and when that is due for renewal.
 
-use crate::sampler::bound::{Cluster, Neighbourhood, Union, are_few};
+use crate::sampler::bound::{Cluster, Neighbourhood, Union};
 use crate::sampler::nest::Mode;
 use nalgebra::DMatrix;
 
@@ -85,10 +85,9 @@ impl Region {
     /// others, and that of its siblings at the split soon fits it no more.
     pub(super) fn follow(&mut self, clusters: &[Cluster]) {
         if let [whole] = clusters
-            && are_few(whole.index.len(), whole.ellipsoid.n_dim())
+            && let Some(covariance) = &whole.covariance
         {
-            let n_dim = whole.ellipsoid.n_dim() as f64;
-            self.typical = Some(whole.ellipsoid.shape() / (n_dim + 2.0));
+            self.typical = Some(covariance.clone());
         }
     }
 
