@@ -145,8 +145,7 @@ fn a_faint_mode_is_finished_beside_a_bright_one() {
 }
 
 /// Sources of unknown place and amplitude in noise, as a likelihood of one of them sees them: those of signal-to-noise
-/// ratio 100 take a hundred times the room of those of 14, which are nothing by the time that the former have lost
-/// a tenth of it.
+/// ratio 100 take far more room than those of 14, which are gone before the former have lost much of it.
 #[test]
 fn faint_modes_are_seen_before_bright_ones_have_shrunk() {
     const WIDTH: f64 = 0.01;

@@ -1,7 +1,7 @@
 //! LZF, undone: literal bytes, and repeats of what came before.
 //!
 //! Weights and flags are mostly one value over and over, which becomes a repeat of what stands a few bytes before;
-//! liblzf copies that byte by byte, and took half of the time of reading a file.
+//! liblzf copies that byte by byte, and took up to half of the time of reading a file.
 //!
 //! # Source
 //! The format of Marc Lehmann's liblzf 3.6, `lzf_d.c`: a byte below 32 is followed by that many literals and one more;
