@@ -1,11 +1,11 @@
 #!/bin/sh
 # Builds a target, gathers its seeds and runs it: formats/fuzz/fuzz.sh TARGET [SECONDS]
 #
-# TARGET is uvfits, uvh5 or ms. Needs a nightly Rust, cargo-fuzz and clang, which builds the C libraries with
-# AddressSanitizer and libFuzzer's counters, as rustc does ours; libFuzzer itself is clang's, built without.
-# cargo's home is one of its own: CFITSIO is built beside its sources, where every other build would find
-# what was made for this one. What crashes, hangs or takes too much memory is kept in artifacts/TARGET,
-# and the run goes on.
+# TARGET is uvfits, uvh5 or ms. Needs a nightly Rust, cargo-fuzz and clang with its run-time libraries (Debian: clang
+# and libclang-rt-14-dev), which builds the C libraries with AddressSanitizer and libFuzzer's counters, as rustc does
+# ours; libFuzzer itself is clang's, built without. cargo's home is one of its own: CFITSIO is built beside its
+# sources, where every other build would find what was made for this one. What crashes, hangs or takes too much
+# memory is kept in artifacts/TARGET, and the run goes on.
 set -eu
 cd "$(dirname "$0")"
 target=$1
