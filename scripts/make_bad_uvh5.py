@@ -299,6 +299,47 @@ def make(change, path):
         change(f)
 
 
+# Bytes of the structures that index the names of a group, with the right checksum: signature, length, and what
+# stands where. libhdf5 believes them.
+INDEX_CASES = {
+    "names_record_empty": (b"BTHD", 38, 10, bytes(2), "Header: its index of names is damaged"),
+    "names_node_empty": (b"BTHD", 38, 6, bytes(4), "Header: its index of names is damaged"),
+    "names_heap_narrow": (b"FRHP", 146, 110, b"\x01\x00", "Header: its heap of links is damaged"),
+    "names_heap_tall": (b"FRHP", 146, 140, b"\xff\xff", "Header: its heap of links is damaged"),
+}
+
+
+def lookup3(data):
+    """Jenkins' checksum of 32 bits, as HDF5 has it of its structures."""
+    def rotate(x, k):
+        return (x << k | x >> (32 - k)) & 0xFFFFFFFF
+
+    state = [(0xDEADBEEF + len(data)) & 0xFFFFFFFF] * 3
+    for at in range(0, len(data), 12):
+        block = data[at:at + 12].ljust(12, b"\0")
+        a, b, c = (x + int.from_bytes(block[4 * i:4 * i + 4], "little") & 0xFFFFFFFF for i, x in enumerate(state))
+        if at + 12 >= len(data):
+            break
+        for k in (4, 6, 8, 16, 19, 4):
+            a = (a - c & 0xFFFFFFFF) ^ rotate(c, k)
+            a, b, c = b, c + b & 0xFFFFFFFF, a
+        state = [a, b, c]
+    for k in (14, 11, 25, 16, 4, 14, 24):
+        c = (c ^ b) - rotate(b, k) & 0xFFFFFFFF
+        a, b, c = b, c, a
+    return b
+
+
+def spoilt(raw, signature, length, at, new):
+    """A file with other bytes in one of its structures, whose checksum is right."""
+    first = raw.index(signature)
+    part = bytearray(raw[first:first + length])
+    assert lookup3(part[:-4]).to_bytes(4, "little") == part[-4:]
+    part[at:at + len(new)] = new
+    part[-4:] = lookup3(part[:-4]).to_bytes(4, "little")
+    return raw[:first] + bytes(part) + raw[first + length:]
+
+
 def main():
     folder = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "fixtures" / "bad"
     folder.mkdir(parents=True, exist_ok=True)
@@ -319,6 +360,9 @@ def main():
                    "file is damaged or truncated: copy it again")
         (folder / f"{name}.uvh5").write_bytes(raw[:n_byte])
         (folder / f"{name}.uvh5.txt").write_text(message + "\n")
+    for name, (*change, message) in INDEX_CASES.items():
+        (folder / f"{name}.uvh5").write_bytes(spoilt(raw, *change))
+        (folder / f"{name}.uvh5.txt").write_text(message + "; the file is damaged or truncated: copy it again\n")
 
 
 if __name__ == "__main__":

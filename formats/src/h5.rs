@@ -15,6 +15,7 @@ mod dataset;
 mod filter;
 mod group;
 mod lzf;
+mod names;
 mod number;
 mod raw;
 mod text;

@@ -6,7 +6,7 @@
 mod region;
 
 use super::bound::{Cluster, Neighbourhood, Union, pooled, refit};
-use super::nest::{Child, Group, Live, MIN_MODE, Mode, Nest};
+use super::nest::{Child, Group, Live, Mode, Nest};
 use super::{NestedRun, Progress, Sampler, SamplerError, log_add};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -171,7 +171,7 @@ impl MultiNest {
         }
         if region.mode.missing() > 0 {
             // While it is topped up the bound may tighten as points come, but nothing splits.
-            return n >= MIN_MODE.max(2 * region.n_at_fit) && self.search(i, false);
+            return n >= 2 * region.n_at_fit && self.search(i, false);
         }
         if region.n_at_fit == 0 {
             // The first live points fill the cube evenly: there is nothing to search for.

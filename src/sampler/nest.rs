@@ -10,13 +10,10 @@ mod territory;
 pub(super) use mode::{Live, Mode};
 pub(super) use points::Points;
 
-use super::bound::{Cluster, Decomposition, Ellipsoid, decompose, pooled, separate};
+use super::bound::{Cluster, Decomposition, Ellipsoid, decompose, separate, typical as typical_of};
 use super::{DeadPoint, ModeNode, NestedRun, Progress, SamplerError, log_add};
 use nalgebra::DMatrix;
 use territory::Territory;
-
-/// Fewest points that can become a mode of their own: what a cluster needs to have a scale.
-pub(super) const MIN_MODE: usize = 4;
 
 /// Clusters that become a mode, each with its ellipsoid's shadow in the mode dimensions.
 pub(super) type Group = Vec<(Cluster, Ellipsoid)>;
@@ -182,8 +179,8 @@ impl Nest {
         decompose(self.problem(mode, typical), slots)
     }
 
-    /// Clusters in groups that are apart in the mode dimensions; groups of fewer than `MIN_MODE`
-    /// points stay with the nearest. The live points of each pair of `links` belong together.
+    /// Clusters in groups that are apart in the mode dimensions. The live points of each pair of `links`
+    /// belong together.
     pub(super) fn groups(&self, clusters: &[Cluster], links: &[(usize, usize)]) -> Vec<Group> {
         let dims = &self.mode_dims;
         if dims.is_empty() || clusters.len() < 2 {
@@ -194,32 +191,12 @@ impl Nest {
             return vec![];
         };
         let part: Vec<usize> = clusters.iter().map(|c| c.part).collect();
-        let size = |group: &[usize]| {
-            group
-                .iter()
-                .map(|&k| clusters[k].index.len())
-                .sum::<usize>()
-        };
         let mut cluster_of = vec![0; self.points.n_slots()];
         for (k, cluster) in clusters.iter().enumerate() {
             cluster.index.iter().for_each(|&slot| cluster_of[slot] = k);
         }
         let links = links.iter().map(|&(a, b)| (cluster_of[a], cluster_of[b]));
         let groups = separate(&shadows, &part, &links.collect::<Vec<_>>());
-        let (mut groups, small): (Vec<_>, Vec<_>) = groups
-            .into_iter()
-            .partition(|group| size(group) >= MIN_MODE);
-        for k in small.into_iter().flatten() {
-            let gap = |group: &Vec<usize>| {
-                let gaps = group
-                    .iter()
-                    .map(|&g| shadows[g].distance2(shadows[k].centre()));
-                gaps.fold(f64::INFINITY, f64::min)
-            };
-            if let Some(nearest) = groups.iter_mut().min_by(|a, b| gap(a).total_cmp(&gap(b))) {
-                nearest.push(k);
-            }
-        }
         let member = |k: usize| (clusters[k].clone(), shadows[k].clone());
         groups
             .into_iter()
@@ -240,11 +217,10 @@ impl Nest {
         for live in parent.drain() {
             log_l[live.slot] = live.log_l;
         }
-        let sets = groups
-            .iter()
-            .flatten()
-            .map(|(cluster, _)| cluster.index.as_slice());
-        let typical = pooled(self.points.cloud(), sets).or_else(|| typical.cloned());
+        let members = |group: &Group| group.iter().flat_map(|(c, _)| c.index.clone()).collect();
+        let sets: Vec<Vec<usize>> = groups.iter().map(members).collect();
+        let sets = sets.iter().map(Vec::as_slice);
+        let typical = typical_of(self.points.cloud(), sets).or_else(|| typical.cloned());
         let shadows = |group: &Group| group.iter().map(|(_, shadow)| shadow.clone()).collect();
         let first = self
             .territory

@@ -3,7 +3,7 @@
 mod chain;
 
 use super::bound::{Cluster, Ellipsoid};
-use super::nest::{Child, Live, MIN_MODE, Mode, Nest};
+use super::nest::{Child, Live, Mode, Nest};
 use super::{NestedRun, Progress, Sampler, SamplerError};
 use chain::Chain;
 use nalgebra::DMatrix;
@@ -199,7 +199,7 @@ impl Slice {
         }
         let typical = region.typical.take();
         let clusters = self.nest.clusters(&mut region.mode, typical.as_ref());
-        let groups = if may_split && region.mode.n_live() >= 2 * MIN_MODE {
+        let groups = if may_split {
             self.nest.groups(&clusters, &region.links)
         } else {
             vec![]

@@ -7,7 +7,7 @@ use std::time::Duration;
 use hdf5::LinkType;
 
 use super::dataset::Dataset;
-use super::{is_locked, unreadable};
+use super::{is_locked, names, raw, unreadable};
 use crate::ReadError;
 
 /// How often a file that is locked is tried again, and after how long.
@@ -40,13 +40,20 @@ impl Group {
     }
 
     fn look(path: &Path, name: String, group: hdf5::Group) -> Result<Self, ReadError> {
+        let place = if name.is_empty() { "file" } else { &name };
+        let address = raw::address(&group).map_err(|error| damaged(path, place, &error))?;
+        names::check(path, address).map_err(|what| ReadError::Malformed {
+            path: path.to_owned(),
+            place: place.to_owned(),
+            what: format!("{what}; the file is damaged or truncated: copy it again"),
+        })?;
         let members = group
             .iter_visit_default(BTreeMap::new(), |_, member, info, members| {
                 let leads_out = info.link_type == LinkType::External;
                 members.insert(member.to_owned(), leads_out);
                 true
             })
-            .map_err(|error| damaged(path, if name.is_empty() { "file" } else { &name }, &error))?;
+            .map_err(|error| damaged(path, place, &error))?;
         Ok(Self {
             path: path.to_owned(),
             name,

@@ -3,6 +3,7 @@
 
 use hdf5_sys::h5d::H5Dread_chunk;
 use hdf5_sys::h5i::hid_t;
+use hdf5_sys::h5o::{H5O_INFO_BASIC, H5O_info2_t, H5O_token_t, H5Oget_info3};
 use hdf5_sys::h5p::H5P_DEFAULT;
 
 unsafe extern "C" {
@@ -11,6 +12,11 @@ unsafe extern "C" {
         dataset: hid_t,
         first: *const u64,
         bytes: *mut u64,
+    ) -> std::ffi::c_int;
+    fn H5VLnative_token_to_addr(
+        object: hid_t,
+        token: H5O_token_t,
+        address: *mut u64,
     ) -> std::ffi::c_int;
 }
 
@@ -51,7 +57,20 @@ pub(super) fn read_chunk(
     Ok((chunk, left_out))
 }
 
-/// Calls libhdf5 under the lock of its crate.
+/// Where the header of a group stands in its file.
+pub(super) fn address(group: &hdf5::Group) -> Result<u64, hdf5::Error> {
+    let mut info = std::mem::MaybeUninit::<H5O_info2_t>::zeroed();
+    let mut address = 0u64;
+    // SAFETY: libhdf5 fills in `info`, of which all may be zero.
+    locked(|| unsafe { H5Oget_info3(group.id(), info.as_mut_ptr(), H5O_INFO_BASIC) })?;
+    // SAFETY: as above.
+    let token = unsafe { info.assume_init() }.token;
+    // SAFETY: the token is that of the group.
+    locked(|| unsafe { H5VLnative_token_to_addr(group.id(), token, &raw mut address) })?;
+    Ok(address)
+}
+
+/// A call about a chunk of a dataset.
 fn done(
     dataset: &hdf5::Dataset,
     first: &[u64],
@@ -60,6 +79,11 @@ fn done(
     if dataset.ndim() != first.len() {
         return Err("a chunk has as many axes as its dataset".into());
     }
+    locked(call)
+}
+
+/// Calls libhdf5 under the lock of its crate.
+fn locked(call: impl FnOnce() -> std::ffi::c_int) -> Result<(), hdf5::Error> {
     hdf5::sync::sync(|| match call() {
         0.. => Ok(()),
         _ => Err(hdf5::Error::query().unwrap_or_else(|_| "libhdf5 does not say why".into())),

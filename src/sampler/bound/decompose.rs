@@ -8,7 +8,7 @@
 
 use super::cloud::{Cloud, Moments};
 use super::ellipsoid::Ellipsoid;
-use super::fit::{Cluster, fit, pooled};
+use super::fit::{Cluster, fit, pooled, typical};
 use super::friends::{friends_of_friends, part_by_scale, whiten};
 use super::linkage::partitions;
 use crate::sampler::log_add;
@@ -97,7 +97,8 @@ impl Decomposition<'_> {
         // Each round takes pairs of modes apart that had inflated the typical covariance.
         for _ in 0..MAX_ROUNDS {
             if parts.len() > 1 {
-                typical = self.pooled(parts.iter().map(Vec::as_slice)).or(typical);
+                let sets = parts.iter().map(Vec::as_slice);
+                typical = self::typical(self.cloud, sets).or(typical);
             }
             let n_parts = parts.len();
             parts = parts

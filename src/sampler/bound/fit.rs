@@ -19,6 +19,9 @@ const N_FOLDS: usize = 4;
 /// Points for each dimension that give a covariance of their own.
 const FEW_PER_DIM: usize = 5;
 
+/// Points for each dimension that show what is typical of small sets.
+const TYPICAL_PER_DIM: usize = 10;
+
 /// A set of points and the ellipsoid around it.
 #[derive(Debug, Clone)]
 pub(in crate::sampler) struct Cluster {
@@ -133,6 +136,24 @@ pub(in crate::sampler) fn pooled<'a>(
     }
     let covariance = sum / dof.max(1) as f64;
     (dof > n_dim && covariance.clone().cholesky().is_some()).then_some(covariance)
+}
+
+/// The pooled covariance of the smallest of some sets: what one of few points may look like.
+///
+/// Only as many as make a covariance: larger sets hold modes that are larger, or several.
+pub(in crate::sampler) fn typical<'a>(
+    cloud: Cloud,
+    sets: impl Iterator<Item = &'a [usize]>,
+) -> Option<DMatrix<f64>> {
+    let mut sets: Vec<&[usize]> = sets.collect();
+    sets.sort_by_key(|set| set.len());
+    let mut dof = 0;
+    let is_wanted = |set: &&&[usize]| {
+        let is_wanted = dof < TYPICAL_PER_DIM * cloud.n_dim;
+        dof += set.len() - 1;
+        is_wanted
+    };
+    pooled(cloud, sets.iter().take_while(is_wanted).copied())
 }
 
 #[cfg(test)]

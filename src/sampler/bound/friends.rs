@@ -12,6 +12,9 @@ const NEIGHBOUR: usize = 3;
 /// uniform plane, where 4 already connect thousands of points (Balister et al. 2005).
 const REACH2: f64 = 9.0;
 
+/// A set of few follows a larger one that is closer than this many scales of the latter.
+const FOLLOW2: f64 = 100.0;
+
 /// Parts of `index` that are connected in the dimensions `dims`, whitened; each part ascending,
 /// parts in the order of their first point.
 ///
@@ -34,30 +37,60 @@ pub(super) fn friends_of_friends(cloud: Cloud, index: &[usize], dims: &[usize]) 
 
 /// Sets of friends among points sorted along their first axis.
 ///
+/// First mutual friends: a pair within the reach of both. What a set of few then reaches outside itself is not a
+/// neighbour but a stranger, by which it would join several sets that are apart; so it may only follow a larger set
+/// that it is close to by that set's own scale. Larger sets have scales of their own and reach by them.
+///
 /// Nearest neighbours are joined first: mostly they leave few sets, and the wide sweeps stop as soon
 /// as there is one.
 fn link(sorted: &[f64], k: usize) -> Sets {
     let n = sorted.len() / k;
     let mut sets = Sets::new(n);
     let mut n_sets = n;
-    let mut scale2 = Vec::with_capacity(n);
-    for i in 0..n {
-        let nearest = nearest(sorted, k, i);
-        for (_, j) in nearest {
-            n_sets -= usize::from(sets.join(i, j));
-        }
-        scale2.push(nearest[NEIGHBOUR - 1].0);
-    }
-    for (i, scale2) in scale2.into_iter().enumerate() {
-        if n_sets == 1 {
-            break;
-        }
-        sweep(sorted, k, i, REACH2 * scale2, |j, d2, limit| {
-            if d2 <= limit {
+    let near: Vec<_> = (0..n).map(|i| nearest(sorted, k, i)).collect();
+    let scale2: Vec<f64> = near.iter().map(|near| near[NEIGHBOUR - 1].0).collect();
+    for (i, near) in near.into_iter().enumerate() {
+        for (d2, j) in near {
+            if d2 <= REACH2 * scale2[j] {
                 n_sets -= usize::from(sets.join(i, j));
             }
-            limit
+        }
+    }
+    // By the reach of both, then of either.
+    for is_mutual in [true, false] {
+        let small = sets.small();
+        for i in 0..n {
+            if n_sets == 1 {
+                return sets;
+            }
+            if !is_mutual && small[i] {
+                continue;
+            }
+            sweep(sorted, k, i, REACH2 * scale2[i], |j, d2, limit| {
+                let is_friend = if is_mutual {
+                    d2 <= REACH2 * scale2[j]
+                } else {
+                    !small[j]
+                };
+                if d2 <= limit && is_friend {
+                    n_sets -= usize::from(sets.join(i, j));
+                }
+                limit
+            });
+        }
+    }
+    let small = sets.small();
+    for i in (0..n).filter(|&i| small[i]) {
+        let mut host = (f64::INFINITY, i);
+        sweep(sorted, k, i, f64::INFINITY, |j, d2, _| {
+            if !small[j] && d2 < host.0 {
+                host = (d2, j);
+            }
+            host.0
         });
+        if host.0 <= FOLLOW2 * scale2[host.1] {
+            sets.join(i, host.1);
+        }
     }
     sets
 }
@@ -204,6 +237,14 @@ impl Sets {
         let (a, b) = (self.find(a), self.find(b));
         self.0[a.max(b)] = a.min(b);
         a != b
+    }
+
+    /// Of each element whether its set has too few of them for a scale.
+    fn small(&mut self) -> Vec<bool> {
+        let root: Vec<usize> = (0..self.0.len()).map(|i| self.find(i)).collect();
+        let mut size = vec![0; root.len()];
+        root.iter().for_each(|&r| size[r] += 1);
+        root.into_iter().map(|r| size[r] <= NEIGHBOUR).collect()
     }
 
     /// Elements of each set, sets in the order of their first element.
