@@ -340,6 +340,20 @@ def spoilt(raw, signature, length, at, new):
     return raw[:first] + bytes(part) + raw[first + length:]
 
 
+def endless(f):
+    """A text of any length, in a collection of such."""
+    del f["Header/telescope_name"]
+    f["Header/telescope_name"] = "BAD"
+
+
+def without_end(raw):
+    """A file whose collection of texts has a part that takes nothing."""
+    at = raw.index(b"GCOL") + 16
+    while raw[at:at + 2] != bytes(2):
+        at += 16 + -(-int.from_bytes(raw[at + 8:at + 16], "little") // 8) * 8
+    return raw[:at + 8] + bytes(8) + raw[at + 16:]
+
+
 def main():
     folder = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "fixtures" / "bad"
     folder.mkdir(parents=True, exist_ok=True)
@@ -350,6 +364,10 @@ def main():
         whole = pathlib.Path(temporary) / "good.uvh5"
         make(lambda f: None, whole)
         raw = whole.read_bytes()
+        make(endless, whole)
+        (folder / "texts_endless.uvh5").write_bytes(without_end(whole.read_bytes()))
+        (folder / "texts_endless.uvh5.txt").write_text(
+            "Header/telescope_name: its collection of texts is damaged; the file is damaged or truncated: copy it again\n")
     for name, n_byte, why in (
         ("cut_in_superblock", 40, "incorrect metadata checksum after all read attempts"),
         ("cut_in_half", len(raw) // 2, f"truncated file: eof = {len(raw) // 2}, {{}}"),

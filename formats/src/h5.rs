@@ -11,6 +11,7 @@
 //! HDF5 File Format Specification 3.0; HDF5 1.14 Reference Manual.
 
 mod chunks;
+mod collections;
 mod dataset;
 mod filter;
 mod group;
@@ -18,6 +19,7 @@ mod lzf;
 mod names;
 mod number;
 mod raw;
+mod raw_file;
 mod text;
 mod unpack;
 mod write;
@@ -26,6 +28,9 @@ pub(crate) use chunks::Plain;
 pub(crate) use dataset::{Dataset, Kind};
 pub(crate) use group::Group;
 pub(crate) use write::{Growing, NewFile, NewGroup, Packing};
+
+/// What to do about a file that is damaged.
+const COPY_AGAIN: &str = "the file is damaged or truncated: copy it again";
 
 /// The library's words, in one line.
 fn words(error: &hdf5::Error) -> String {
@@ -46,7 +51,7 @@ fn unreadable(error: &hdf5::Error) -> String {
     } else if is_locked(error) {
         "another program writes it, or its file system has no locks: wait, or set HDF5_USE_FILE_LOCKING=FALSE"
     } else {
-        "the file is damaged or truncated: copy it again"
+        COPY_AGAIN
     };
     format!("cannot be read ({words}); {advice}")
 }

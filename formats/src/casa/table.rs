@@ -244,7 +244,11 @@ impl Table {
             return Err(self.column_error(column, "is missing".into()));
         }
         if row >= self.n_row {
-            return Err(self.malformed(format!("has {} rows, no row {}", self.n_row, row + 1)));
+            return Err(self.malformed(format!(
+                "has {} rows, no row {}",
+                self.n_row,
+                row.saturating_add(1)
+            )));
         }
         Ok(())
     }

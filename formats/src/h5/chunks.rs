@@ -56,6 +56,22 @@ pub(super) fn check(
     Ok(())
 }
 
+/// Looks at all chunks of a dataset that were written, as they were before they were packed.
+pub(super) fn each(
+    dataset: &Dataset,
+    chunk: &[usize],
+    pipeline: &Pipeline,
+    mut look: impl FnMut(&[u8]) -> Result<(), ReadError>,
+) -> Result<(), ReadError> {
+    let all: Vec<(usize, usize)> = dataset.shape.iter().map(|&n| (0, n)).collect();
+    for place in places(&all, chunk) {
+        if let Some(bytes) = unpacked(dataset, &place.first, pipeline, chunk)? {
+            look(&bytes)?;
+        }
+    }
+    Ok(())
+}
+
 /// The chunk that begins at `first` as it was before it was packed; none if it was never written.
 fn unpacked(
     dataset: &Dataset,

@@ -9,8 +9,10 @@ use hdf5::{H5Type, Hyperslab, SliceOrIndex};
 use num_complex::Complex;
 
 use super::chunks::{self, Plain};
+use super::collections::{self, Place, REFERENCE_BYTES};
+use super::raw_file::RawFile;
 use super::unpack::Pipeline;
-use super::{filter, raw, unreadable};
+use super::{COPY_AGAIN, filter, raw, unreadable};
 use crate::ReadError;
 
 /// How many bytes a filter can make of one: deflate's bound is 1032, LZF's 88 (zlib manual, "Maximum
@@ -51,12 +53,17 @@ pub(crate) enum Kind {
     Other,
 }
 
+/// Why a dataset is not read whose data stand outside of it.
+pub(super) const ELSEWHERE: &str = "the data stand in another file, which is not followed; copy them into this file, \
+                                    with h5repack";
+
 /// A dataset with a value.
 #[derive(Debug)]
 pub(crate) struct Dataset {
     path: PathBuf,
     name: String,
     inner: hdf5::Dataset,
+    place: Place,
     /// Elements along each axis, slowest first; empty for a scalar.
     pub(crate) shape: Vec<usize>,
     /// What the elements are.
@@ -80,6 +87,7 @@ impl Dataset {
         path: &Path,
         name: String,
         dataset: hdf5::Dataset,
+        place: Place,
     ) -> Result<Option<Self>, ReadError> {
         let damaged = |error: hdf5::Error| ReadError::Malformed {
             path: path.to_owned(),
@@ -92,8 +100,12 @@ impl Dataset {
         }
         let shape = space.shape();
         let dtype = dataset.dtype().map_err(damaged)?;
-        let element_bytes = dtype.size();
         let kind = dtype.to_descriptor().map_or(Kind::Other, |d| kind(&d));
+        let element_bytes = match kind {
+            // In memory it would be a pointer.
+            Kind::VariableText => REFERENCE_BYTES,
+            _ => dtype.size(),
+        };
         let plist = dataset.dcpl().map_err(damaged)?;
         let chunk = plist.get_chunk().map_err(damaged)?;
         let filters = filter::pipeline(&plist);
@@ -110,6 +122,7 @@ impl Dataset {
             path: path.to_owned(),
             name,
             inner: dataset,
+            place,
             shape,
             kind,
             chunk,
@@ -125,14 +138,8 @@ impl Dataset {
 
     /// The data must stand in this file.
     fn check_place(&self, plist: &hdf5::plist::DatasetCreate) -> Result<(), ReadError> {
-        let elsewhere = plist.get_external().map_or(true, |list| !list.is_empty())
-            || plist
-                .get_layout()
-                .is_ok_and(|l| l == hdf5::dataset::Layout::Virtual);
-        if elsewhere {
-            let what = "the data stand in another file, which is not followed; copy them into this \
-                        file, with h5repack";
-            return Err(self.unsupported(what));
+        if plist.get_external().map_or(true, |list| !list.is_empty()) {
+            return Err(self.unsupported(ELSEWHERE));
         }
         Ok(())
     }
@@ -202,14 +209,19 @@ impl Dataset {
         Ok((written, wanted))
     }
 
-    /// All elements, in the order of the file.
-    pub(super) fn read_all<T: H5Type>(&self) -> Result<Vec<T>, ReadError> {
+    /// Makes sure that what is read in one piece is there, and that there is room for it.
+    fn check_size(&self, bytes: u128) -> Result<(), ReadError> {
         self.prove_stored()?;
-        let bytes = product(&self.shape).saturating_mul(size_of::<T>() as u128);
         if bytes > MAX_HEADER_BYTES {
             let what = format!("its shape {:?} is more than a header can have", self.shape);
             return Err(self.unsupported(what));
         }
+        Ok(())
+    }
+
+    /// All elements, in the order of the file.
+    pub(super) fn read_all<T: H5Type>(&self) -> Result<Vec<T>, ReadError> {
+        self.check_size(product(&self.shape).saturating_mul(size_of::<T>() as u128))?;
         let all: Vec<(usize, usize)> = self.shape.iter().map(|&n| (0, n)).collect();
         self.check_chunks(&all)?;
         let read = self.inner.read_raw();
@@ -254,6 +266,29 @@ impl Dataset {
     }
 
     /// Makes sure that the chunks of a block are whole, if they are packed.
+    /// Makes sure that all texts can be found, before libhdf5 looks for them.
+    pub(super) fn check_texts(&self) -> Result<(), ReadError> {
+        self.check_size(self.bytes())?;
+        let damaged = |what| self.malformed(format!("{what}; {COPY_AGAIN}"));
+        let mut raw = RawFile::open(&self.path).map_err(damaged)?;
+        match (&self.place, &self.chunk) {
+            (Place::Header(bytes), _) => collections::check(&mut raw, bytes).map_err(damaged),
+            (Place::At(first), _) => (raw.bytes(*first, self.bytes() as usize))
+                .and_then(|bytes| collections::check(&mut raw, &bytes))
+                .map_err(damaged),
+            (_, Some(chunk)) => {
+                let bare = Pipeline::default();
+                let pipeline = match &self.pipeline {
+                    None if self.filtered => return Err(self.unsupported("packed texts")),
+                    pipeline => pipeline.as_ref().unwrap_or(&bare),
+                };
+                let check = |bytes: &[u8]| collections::check(&mut raw, bytes).map_err(damaged);
+                chunks::each(self, chunk, pipeline, check)
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn check_chunks(&self, block: &[(usize, usize)]) -> Result<(), ReadError> {
         match (&self.chunk, &self.pipeline) {
             (Some(chunk), Some(pipeline)) => chunks::check(self, block, chunk, pipeline),

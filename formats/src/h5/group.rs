@@ -6,8 +6,10 @@ use std::time::Duration;
 
 use hdf5::LinkType;
 
-use super::dataset::Dataset;
-use super::{is_locked, names, raw, unreadable};
+use super::collections::{self, Place};
+use super::dataset::{Dataset, ELSEWHERE};
+use super::raw_file::RawFile;
+use super::{COPY_AGAIN, is_locked, names, raw, unreadable};
 use crate::ReadError;
 
 /// How often a file that is locked is tried again, and after how long.
@@ -41,11 +43,11 @@ impl Group {
 
     fn look(path: &Path, name: String, group: hdf5::Group) -> Result<Self, ReadError> {
         let place = if name.is_empty() { "file" } else { &name };
-        let address = raw::address(&group).map_err(|error| damaged(path, place, &error))?;
-        names::check(path, address).map_err(|what| ReadError::Malformed {
+        let object = raw::object(&group, ".").map_err(|error| damaged(path, place, &error))?;
+        names::check(path, object.address).map_err(|what| ReadError::Malformed {
             path: path.to_owned(),
             place: place.to_owned(),
-            what: format!("{what}; the file is damaged or truncated: copy it again"),
+            what: format!("{what}; {COPY_AGAIN}"),
         })?;
         let members = group
             .iter_visit_default(BTreeMap::new(), |_, member, info, members| {
@@ -82,7 +84,8 @@ impl Group {
 
     /// Whether there is a dataset of that name.
     pub(crate) fn is_dataset(&self, name: &str) -> bool {
-        self.members.get(name) == Some(&false) && self.inner.dataset(name).is_ok()
+        self.members.get(name) == Some(&false)
+            && raw::object(&self.inner, name).is_ok_and(|object| object.is_dataset)
     }
 
     /// A dataset; `None` where there is none of that name, or one without a value.
@@ -90,13 +93,21 @@ impl Group {
         if !self.in_file(name)? {
             return Ok(None);
         }
-        if self.inner.group(name).is_ok() {
+        let full = self.full(name);
+        let damaged = |error: hdf5::Error| damaged(&self.path, &full, &error);
+        let object = raw::object(&self.inner, name).map_err(damaged)?;
+        if object.is_group {
             return Err(self.malformed(name, "must be a dataset, is a group"));
         }
-        let full = self.full(name);
-        let dataset =
-            (self.inner.dataset(name)).map_err(|error| damaged(&self.path, &full, &error))?;
-        Dataset::look(&self.path, full, dataset)
+        // libhdf5 follows virtual ones as it opens them.
+        let place = RawFile::open(&self.path)
+            .and_then(|mut raw| collections::place(&mut raw, object.address))
+            .map_err(|what| self.malformed(name, format!("{what}; {COPY_AGAIN}")))?;
+        if matches!(place, Place::Virtual) {
+            return Err(self.unsupported(name, ELSEWHERE));
+        }
+        let dataset = self.inner.dataset(name).map_err(damaged)?;
+        Dataset::look(&self.path, full.clone(), dataset, place)
     }
 
     /// A dataset that must be there.

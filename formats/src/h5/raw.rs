@@ -3,7 +3,7 @@
 
 use hdf5_sys::h5d::H5Dread_chunk;
 use hdf5_sys::h5i::hid_t;
-use hdf5_sys::h5o::{H5O_INFO_BASIC, H5O_info2_t, H5O_token_t, H5Oget_info3};
+use hdf5_sys::h5o::{H5O_INFO_BASIC, H5O_info2_t, H5O_token_t, H5O_type_t, H5Oget_info_by_name3};
 use hdf5_sys::h5p::H5P_DEFAULT;
 
 unsafe extern "C" {
@@ -57,17 +57,33 @@ pub(super) fn read_chunk(
     Ok((chunk, left_out))
 }
 
-/// Where the header of a group stands in its file.
-pub(super) fn address(group: &hdf5::Group) -> Result<u64, hdf5::Error> {
+/// What a name stands for.
+pub(super) struct Object {
+    pub(super) is_group: bool,
+    pub(super) is_dataset: bool,
+    /// Where its header stands.
+    pub(super) address: u64,
+}
+
+/// What a name in a group stands for, without opening it; "." is the group.
+pub(super) fn object(group: &hdf5::Group, name: &str) -> Result<Object, hdf5::Error> {
+    let name = std::ffi::CString::new(name).map_err(|error| error.to_string())?;
     let mut info = std::mem::MaybeUninit::<H5O_info2_t>::zeroed();
-    let mut address = 0u64;
-    // SAFETY: libhdf5 fills in `info`, of which all may be zero.
-    locked(|| unsafe { H5Oget_info3(group.id(), info.as_mut_ptr(), H5O_INFO_BASIC) })?;
+    // SAFETY: `name` ends with a zero, and `info`, which libhdf5 fills in, may be zero.
+    locked(|| unsafe {
+        let info = info.as_mut_ptr();
+        H5Oget_info_by_name3(group.id(), name.as_ptr(), info, H5O_INFO_BASIC, H5P_DEFAULT)
+    })?;
     // SAFETY: as above.
-    let token = unsafe { info.assume_init() }.token;
-    // SAFETY: the token is that of the group.
-    locked(|| unsafe { H5VLnative_token_to_addr(group.id(), token, &raw mut address) })?;
-    Ok(address)
+    let info = unsafe { info.assume_init() };
+    let mut address = 0u64;
+    // SAFETY: the token is that of an object in the file of the group.
+    locked(|| unsafe { H5VLnative_token_to_addr(group.id(), info.token, &raw mut address) })?;
+    Ok(Object {
+        is_group: info.type_ == H5O_type_t::H5O_TYPE_GROUP,
+        is_dataset: info.type_ == H5O_type_t::H5O_TYPE_DATASET,
+        address,
+    })
 }
 
 /// A call about a chunk of a dataset.

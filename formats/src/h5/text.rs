@@ -58,6 +58,7 @@ impl Dataset {
     }
 
     fn variable_texts(&self) -> Result<Vec<String>, ReadError> {
+        self.check_texts()?;
         // The two encodings are one to the library's conversion only if asked for by name.
         if let Ok(texts) = self.read_all::<VarLenUnicode>() {
             return Ok(texts.iter().map(|t| lossy(t.as_bytes())).collect());
@@ -75,4 +76,35 @@ fn text<const N: usize>(text: &FixedAscii<N>) -> String {
 fn lossy(bytes: &[u8]) -> String {
     let end = bytes.iter().position(|&b| b == 0).unwrap_or(bytes.len());
     String::from_utf8_lossy(&bytes[..end]).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Group;
+    use hdf5::filters::Filter;
+    use hdf5::types::VarLenUnicode;
+
+    #[test]
+    fn texts_of_any_length_are_read_whole_and_from_chunks() {
+        let texts = ["", "a", "antenna", "twenty-four-letters-long", "b"];
+        let values = texts.map(|text| text.parse::<VarLenUnicode>().unwrap());
+        let packed = [Filter::shuffle(), Filter::deflate(1)];
+        for (chunk, filters) in [(5, None), (2, None), (2, Some(&packed[..]))] {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("a.h5");
+            let file = hdf5::File::create(&path).unwrap();
+            let data = ndarray::arr1(&values);
+            let mut builder = file.new_dataset_builder().with_data(&data);
+            if chunk < values.len() {
+                builder = builder.chunk(chunk);
+            }
+            builder
+                .set_filters(filters.unwrap_or_default())
+                .create("a")
+                .unwrap();
+            drop(file);
+            let found = Group::open(&path).unwrap().need("a").unwrap().texts();
+            assert_eq!(found.unwrap(), texts, "{chunk}");
+        }
+    }
 }

@@ -16,7 +16,7 @@ use super::lzf;
 const CHECKSUM_BYTES: usize = 4;
 
 /// Filters, in the order in which they were applied.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Pipeline(Vec<Stage>);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -163,6 +163,7 @@ fn fletcher32(bytes: &[u8]) -> u32 {
 mod tests {
     use std::io::Read as _;
 
+    use super::super::Group;
     use super::*;
     use crate::h5::Dataset;
     use hdf5::plist::dataset_create::ChunkOpts;
@@ -198,9 +199,7 @@ mod tests {
     }
 
     fn look(path: &std::path::Path) -> Dataset {
-        let file = hdf5::File::open(path).unwrap();
-        let dataset = file.dataset("a").unwrap();
-        Dataset::look(path, "/a".into(), dataset).unwrap().unwrap()
+        Group::open(path).unwrap().need("a").unwrap()
     }
 
     fn all() -> Vec<Vec<Filter>> {
@@ -286,7 +285,7 @@ mod tests {
                         Ok(n) => assert_eq!(n, 280),
                         Err(error) => {
                             n_error += 1;
-                            assert!(error.to_string().contains("/a"), "{error}");
+                            assert!(error.to_string().contains(": a: "), "{error}");
                         }
                     }
                 }

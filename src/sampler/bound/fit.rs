@@ -207,4 +207,19 @@ mod tests {
         let e = fit(Cloud { u: &u, n_dim: 2 }, (0..4).collect(), None, -1.0).ellipsoid;
         assert!((e.log_volume() + 1.0).abs() < 1e-9);
     }
+
+    #[test]
+    fn typical_of_few_points_is_what_small_sets_look_like() {
+        let row = |n: usize, step: f64| {
+            (0..n).flat_map(move |i| [step * i as f64, step * (i * i % 7) as f64])
+        };
+        let u: Vec<f64> = row(100, 1e-2).chain(row(30, 1e-4)).collect();
+        let cloud = Cloud { u: &u, n_dim: 2 };
+        let (large, small): (Vec<usize>, Vec<usize>) = ((0..100).collect(), (100..130).collect());
+        let of =
+            |sets: [&Vec<usize>; 2]| typical(cloud, sets.into_iter().map(Vec::as_slice)).unwrap();
+        let own = pooled(cloud, [small.as_slice()].into_iter()).unwrap();
+        assert_eq!(of([&large, &small]), own);
+        assert_eq!(of([&small, &large]), own);
+    }
 }

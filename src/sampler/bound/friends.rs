@@ -279,12 +279,28 @@ mod tests {
     }
 
     #[test]
-    fn five_points_far_from_a_crowd_are_a_part_but_two_are_not() {
+    fn a_few_points_far_from_a_crowd_are_a_part_and_near_it_belong_to_it() {
         let mut rng = ChaCha8Rng::seed_from_u64(3);
         let mut u: Vec<f64> = (0..400).map(|_| 0.2 * rng.random::<f64>()).collect();
         u.extend((0..10).map(|_| 0.9 + 0.01 * rng.random::<f64>()));
         assert_eq!(parts(&u), [200, 5]);
         u.truncate(404);
-        assert_eq!(parts(&u), [202]);
+        assert_eq!(parts(&u), [200, 2]);
+        u.truncate(400);
+        u.extend([0.22, 0.21]);
+        assert_eq!(parts(&u), [201]);
+    }
+
+    #[test]
+    fn strangers_between_crowds_are_no_bridge() {
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let mut crowd = |x: f64| -> Vec<f64> {
+            let mut place = || 0.1 * rng.random::<f64>();
+            (0..200).flat_map(|_| [x + place(), place()]).collect()
+        };
+        let mut u = crowd(0.0);
+        u.extend([0.5, 0.05, 0.501, 0.05]);
+        u.extend(crowd(0.9));
+        assert_eq!(parts(&u), [200, 2, 200]);
     }
 }
