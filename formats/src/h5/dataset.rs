@@ -319,7 +319,11 @@ impl Dataset {
         let at = || format!("the chunk at {first:?} ");
         let damaged = |error: hdf5::Error| self.damaged(&at(), &error);
         let Some(bytes) = raw::chunk_bytes(&self.inner, first).map_err(damaged)? else {
-            return Ok(None);
+            // One that has a place but no bytes can be asked for, and would be unpacked from what follows it.
+            return match raw::read_chunk(&self.inner, first, 0) {
+                Ok(_) => Err(self.malformed(format!("{}has no bytes; {COPY_AGAIN}", at()))),
+                Err(_) => Ok(None),
+            };
         };
         if bytes > self.stored_bytes {
             let what = format!(

@@ -295,6 +295,26 @@ mod tests {
     }
 
     #[test]
+    fn a_chunk_that_has_a_place_but_no_bytes_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = written(folder.path(), &[Filter::lzf()]);
+        let (packed, _) = look(&path).packed_chunk(&[0, 0]).unwrap().unwrap();
+        // Its key in the index: bytes, filters left out, and where it begins along each axis and in an element.
+        let mut key = (packed.len() as u32).to_le_bytes().to_vec();
+        key.extend([0; 4 + 3 * 8]);
+        let mut bytes = std::fs::read(&path).unwrap();
+        let at = bytes.windows(key.len()).position(|part| part == key);
+        bytes[at.unwrap()..][..4].fill(0);
+        std::fs::write(&path, bytes).unwrap();
+        let read = look(&path).read_block::<f32>(&[(0, 40), (0, 7)]);
+        let error = read.unwrap_err().to_string();
+        assert!(
+            error.contains("the chunk at [0, 0] has no bytes"),
+            "{error}"
+        );
+    }
+
+    #[test]
     fn a_chunk_that_is_too_short_or_too_long_says_so() {
         let packed = |n: usize| {
             let mut encoder =
