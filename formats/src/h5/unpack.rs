@@ -298,7 +298,7 @@ mod tests {
     fn a_chunk_that_has_a_place_but_no_bytes_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.h5");
-        let data = ndarray::arr2(&[[0.5f32; 7]; 40]);
+        let data = ndarray::Array2::from_shape_vec((SHAPE[0], SHAPE[1]), values()).unwrap();
         let file = hdf5::File::create(&path).unwrap();
         let builder = file.new_dataset_builder().with_data(&data);
         let builder = builder.chunk((16, 3)).set_filters(&[Filter::lzf()]);
