@@ -305,12 +305,12 @@ mod tests {
         builder.create("a").unwrap();
         drop(file);
         let (packed, _) = look(&path).packed_chunk(&[0, 0]).unwrap().unwrap();
-        // Its key in the index: bytes, filters left out, and where it begins along each axis and in an element.
-        let mut key = (packed.len() as u32).to_le_bytes().to_vec();
-        key.extend([0; 4 + 3 * 8]);
+        // The index of chunks begins with a head of 24 bytes; then come the bytes of the first chunk.
         let mut bytes = std::fs::read(&path).unwrap();
-        let at = bytes.windows(key.len()).position(|part| part == key);
-        bytes[at.unwrap()..][..4].fill(0);
+        let index = bytes.windows(5).position(|part| part == b"TREE\x01");
+        let of_first = &mut bytes[index.unwrap() + 24..][..4];
+        assert_eq!(of_first, (packed.len() as u32).to_le_bytes());
+        of_first.fill(0);
         std::fs::write(&path, bytes).unwrap();
         let read = look(&path).read_block::<f32>(&[(0, 40), (0, 7)]);
         let error = read.unwrap_err().to_string();
