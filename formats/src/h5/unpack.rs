@@ -300,10 +300,13 @@ mod tests {
         let path = folder.path().join("a.h5");
         let data = ndarray::Array2::from_shape_vec((SHAPE[0], SHAPE[1]), values()).unwrap();
         let file = hdf5::File::create(&path).unwrap();
-        let builder = file.new_dataset_builder().with_data(&data);
-        let builder = builder.chunk((16, 3)).set_filters(&[Filter::lzf()]);
-        builder.create("a").unwrap();
-        drop(file);
+        let made = file
+            .new_dataset_builder()
+            .with_data(&data)
+            .chunk((16, 3))
+            .set_filters(&[Filter::lzf()])
+            .create("a");
+        drop((made, file));
         let (packed, _) = look(&path).packed_chunk(&[0, 0]).unwrap().unwrap();
         // The index of chunks begins with a head of 24 bytes; then come the bytes of the first chunk.
         let mut bytes = std::fs::read(&path).unwrap();
