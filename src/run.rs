@@ -288,8 +288,8 @@ fn n_tile(config: &Config, beam_rad: f64) -> usize {
 }
 
 fn sampler(config: &Config, settings: SamplerSettings) -> Result<Box<dyn Sampler>, SamplerError> {
-    // Modes are only to be seen here; each source is sampled again by itself.
-    const N_LIVE_MODE: usize = 4;
+    // Modes are only to be seen, if each source is sampled again by itself.
+    const N_LIVE_SEEN: usize = 4;
     let SamplerSettings {
         n_dim,
         n_live,
@@ -306,24 +306,31 @@ fn sampler(config: &Config, settings: SamplerSettings) -> Result<Box<dyn Sampler
         _ => config.sampler,
     };
     let max_eval = most_evaluations(config, kind, settings);
+    let n_live_mode = |full: usize| if config.refine { N_LIVE_SEEN } else { full };
     Ok(match kind {
-        SamplerKind::Multinest => Box::new(MultiNest::new(MultiNestConfig {
-            n_live_mode: N_LIVE_MODE,
-            mode_dims,
-            efficiency: config.efficiency,
-            tolerance,
-            max_eval,
-            seed,
-            ..MultiNestConfig::new(n_dim, n_live)
-        })?),
-        SamplerKind::Slice => Box::new(Slice::new(SliceConfig {
-            n_live_mode: N_LIVE_MODE,
-            mode_dims,
-            tolerance,
-            max_eval,
-            seed,
-            ..SliceConfig::new(n_dim, n_live)
-        })?),
+        SamplerKind::Multinest => {
+            let defaults = MultiNestConfig::new(n_dim, n_live);
+            Box::new(MultiNest::new(MultiNestConfig {
+                n_live_mode: n_live_mode(defaults.n_live_mode),
+                mode_dims,
+                efficiency: config.efficiency,
+                tolerance,
+                max_eval,
+                seed,
+                ..defaults
+            })?)
+        }
+        SamplerKind::Slice => {
+            let defaults = SliceConfig::new(n_dim, n_live);
+            Box::new(Slice::new(SliceConfig {
+                n_live_mode: n_live_mode(defaults.n_live_mode),
+                mode_dims,
+                tolerance,
+                max_eval,
+                seed,
+                ..defaults
+            })?)
+        }
     })
 }
 
