@@ -19,7 +19,8 @@ GOOD = ROOT / "fixtures" / "good" / "ms_standard_storage.ms.tar.gz"
 # Tables that are not read.
 LEFT_OUT = ["FEED", "FLAG_CMD", "POINTING", "PROCESSOR", "SOURCE", "STATE"]
 
-# The file, what is replaced in it where it last stands, by what, the message. casacore crashes on each.
+# The file, what is replaced in it where it last stands, by what, the message. casacore crashes on each, or
+# fills the memory.
 CASES = {
     "column_class_unknown": ("FIELD/table.dat", b"ScalarColumnDesc<Int     ", b"ScalarColumnDesc<Integer ",
         "table FIELD: cannot be read (a column is of a class that casacore does not know)"),
@@ -40,6 +41,8 @@ CASES = {
         "table MAIN: cannot be read (table.f6: index 0: has not the 16777216 buckets that it announces)"),
     "bucket_overfull": ("table.f6", b"Block" + struct.pack("<3I", 1, 1, 29), b"Block" + struct.pack("<3I", 1, 1, 99999),
         "table MAIN: cannot be read (table.f6: index 0: has rows 0 to 99999 in one bucket, which can have 32)"),
+    "lock_huge": ("table.lock", struct.pack(">I4s", 133, b"\xbe" * 4), struct.pack(">I4s", 1 << 30, b"\xbe" * 4),
+        "table MAIN: cannot be read (table.lock: announces 1073741824 bytes, has 149)"),
 }
 
 

@@ -6,7 +6,7 @@
 //! here, nothing is said.
 //!
 //! # Source
-//! casacore 3.5: AipsIO, TiledStMan, TiledShapeStMan, TSMCube, SSMBase, SSMIndex, PlainTable, ColumnSet.
+//! casacore 3.5: AipsIO, TiledStMan, TiledShapeStMan, TSMCube, SSMBase, SSMIndex, PlainTable, ColumnSet, LockFile.
 
 mod columns;
 mod standard;
@@ -15,7 +15,7 @@ mod tiled;
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::Read;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 use stream::Stream;
@@ -25,8 +25,12 @@ const START_BYTES: u64 = 64;
 /// Headers that are longer than this are left to casacore.
 const MAX_HEADER_BYTES: u64 = 1 << 28;
 
-/// Looks into the files of a table's storage managers; what is wrong is told in words.
+/// Where a lock file says how long what follows is: after the processes that wait for the lock.
+const LOCK_LENGTH_AT: u64 = 260;
+
+/// Looks into the files of a table's storage managers, and its lock; what is wrong is told in words.
 pub(super) fn check(folder: &Path) -> Result<(), String> {
+    check_lock(&folder.join("table.lock")).map_err(|what| format!("table.lock: {what}"))?;
     // A folder that cannot be listed is casacore's to complain of.
     let Ok(entries) = folder.read_dir() else {
         return Ok(());
@@ -56,6 +60,28 @@ pub(super) fn check(folder: &Path) -> Result<(), String> {
 fn is_manager(name: &str) -> bool {
     let number = name.strip_prefix("table.f");
     number.is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
+}
+
+/// casacore makes room for all that a lock file announces, and keeps it if there is less.
+fn check_lock(path: &Path) -> Result<(), String> {
+    let mut bytes = [0; 4];
+    let Ok(mut file) = File::open(path) else {
+        return Ok(());
+    };
+    let n_byte = file.metadata().map_or(0, |metadata| metadata.len());
+    // One that is shorter announces nothing.
+    let start = file.seek(SeekFrom::Start(LOCK_LENGTH_AT));
+    if start.and_then(|_| file.read_exact(&mut bytes)).is_err() {
+        return Ok(());
+    }
+    let (announced, there) = (
+        u32::from_be_bytes(bytes),
+        n_byte.saturating_sub(LOCK_LENGTH_AT + 4),
+    );
+    if u64::from(announced) > there {
+        return Err(format!("announces {announced} bytes, has {there}"));
+    }
+    Ok(())
 }
 
 /// What a standard storage manager says at its start, if it is one.
