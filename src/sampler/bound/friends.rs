@@ -243,7 +243,9 @@ impl Sets {
     fn small(&mut self) -> Vec<bool> {
         let root: Vec<usize> = (0..self.0.len()).map(|i| self.find(i)).collect();
         let mut size = vec![0; root.len()];
-        root.iter().for_each(|&r| size[r] += 1);
+        for &r in &root {
+            size[r] += 1;
+        }
         root.into_iter().map(|r| size[r] <= NEIGHBOUR).collect()
     }
 
