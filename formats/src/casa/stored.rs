@@ -101,6 +101,9 @@ fn check_file(path: &Path) -> Result<Option<standard::Header>, String> {
             file.read_to_end(&mut bytes).map_err(words)?;
             tiled::check(&bytes).map(|()| None)
         }
+        None if bytes.starts_with(&stream::MAGIC.to_be_bytes()) => {
+            Err("does not say which manager it is of: it is truncated or damaged".into())
+        }
         _ => Ok(None),
     }
 }

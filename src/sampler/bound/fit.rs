@@ -19,9 +19,6 @@ const N_FOLDS: usize = 4;
 /// Points for each dimension that give a covariance of their own.
 const FEW_PER_DIM: usize = 5;
 
-/// ln of the volume (against their share) above which the shape of other points is none for these.
-const LARGE: f64 = 2.3;
-
 /// Points for each dimension that show what is typical of small sets.
 const TYPICAL_PER_DIM: usize = 10;
 
@@ -50,8 +47,6 @@ pub(super) fn fit(
     log_share: f64,
 ) -> Cluster {
     let all = Moments::of(cloud, &index);
-    let prior = prior.map(|prior| bounded(prior, log_share + LARGE));
-    let prior = prior.as_ref();
     let unit = gaussian(&all, prior);
     // A uniform ellipsoid ends at radius sqrt(d + 2); the mean of few points may lie off its centre.
     let off_centre = 1.0 + 1.0 / (index.len() as f64).sqrt();
@@ -83,17 +78,6 @@ pub(super) fn fit(
         part: 0,
         covariance,
     }
-}
-
-/// A covariance, made smaller if the uniform ellipsoid that it belongs to has more than a volume.
-fn bounded(covariance: &DMatrix<f64>, log_volume: f64) -> DMatrix<f64> {
-    let n_dim = covariance.nrows() as f64;
-    let centre = vec![0.0; covariance.nrows()];
-    let excess = Ellipsoid::new(&centre, covariance).map_or(0.0, |mut ellipsoid| {
-        ellipsoid.grow(0.5 * n_dim * (n_dim + 2.0).ln());
-        ellipsoid.log_volume() - log_volume
-    });
-    covariance * (-2.0 * excess.max(0.0) / n_dim).exp()
 }
 
 /// Whether a set of points is so small that its covariance is mixed with another.
@@ -206,13 +190,8 @@ mod tests {
     fn one_point_takes_the_shape_of_its_neighbours() {
         let u = [0.3, 0.7];
         let prior = DMatrix::from_row_slice(2, 2, &[1e-4, 0.0, 0.0, 4e-4]);
-        let of_share =
-            |share| fit(Cloud { u: &u, n_dim: 2 }, vec![0], Some(&prior), share).ellipsoid;
-        let e = of_share(-6.0);
+        let e = fit(Cloud { u: &u, n_dim: 2 }, vec![0], Some(&prior), -20.0).ellipsoid;
         assert!(e.contains(&[0.3, 0.77]) && !e.contains(&[0.37, 0.7]));
-        // Not if they are far larger than it can be.
-        let e = of_share(-20.0);
-        assert!(e.log_volume() < -15.0 && !e.contains(&[0.3, 0.71]));
     }
 
     #[test]

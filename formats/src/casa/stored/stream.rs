@@ -1,7 +1,7 @@
 //! Numbers, texts and objects in a row, as casacore's class AipsIO writes them.
 
 /// Stands before the outermost object.
-const MAGIC: u32 = 0xbebe_bebe;
+pub(super) const MAGIC: u32 = 0xbebe_bebe;
 
 /// What is left of some bytes. Errors are words for what is wrong with them.
 #[derive(Debug)]
