@@ -34,6 +34,13 @@ impl Antennas {
     /// Index of the antenna that a row names; `None` where no table has it.
     pub(super) fn find(&self, subarray: u32, number: u32) -> Option<u32> {
         let key = key(subarray, number);
+        // Mostly numbers follow one another.
+        let guess = key.wrapping_sub(self.index.first()?.0) as usize;
+        if let Some((there, at)) = self.index.get(guess)
+            && *there == key
+        {
+            return Some(*at);
+        }
         let at = self
             .index
             .binary_search_by_key(&key, |entry| entry.0)

@@ -5,7 +5,7 @@
 //! 255, also found in MWA files: 2048·a1 + a2 + 65536, without a subarray.
 
 /// Smallest value in Miriad's encoding.
-const MIRIAD_OFFSET: f64 = 65536.0;
+const MIRIAD_OFFSET: u32 = 65536;
 
 /// Subarray, first and second antenna number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,21 +23,21 @@ pub(super) fn decode(baseline: f64) -> Option<Pair> {
         return None;
     }
     // The margin undoes the rounding of a 32-bit 256·a1 + a2 + 0.01·s just below a whole number.
-    let whole = (baseline + 0.002).floor();
-    if whole >= MIRIAD_OFFSET {
+    let whole = (baseline + 0.002) as u32;
+    if let Some(rest) = whole.checked_sub(MIRIAD_OFFSET) {
         // The fraction does not survive in 32 bits here, so it is not looked at.
-        let rest = (whole - MIRIAD_OFFSET) as u32;
         return Some(Pair {
             subarray: 1,
             ant1: rest / 2048,
             ant2: rest % 2048,
         });
     }
-    let subarray = ((baseline - whole) * 100.0).round().max(0.0) as u32 + 1;
+    // A cast takes off what comes after the point, and makes negative ones zero.
+    let subarray = ((baseline - f64::from(whole)) * 100.0 + 0.5) as u32 + 1;
     Some(Pair {
         subarray,
-        ant1: whole as u32 / 256,
-        ant2: whole as u32 % 256,
+        ant1: whole / 256,
+        ant2: whole % 256,
     })
 }
 

@@ -211,8 +211,9 @@ impl UvfitsReader {
 
     /// A parameter that must be a whole number of zero or more.
     fn whole(&self, row: u64, name: &str, value: f64) -> Result<u32, ReadError> {
-        if value.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&value) {
-            return Ok(value as u32);
+        let whole = value as u32;
+        if f64::from(whole) == value {
+            return Ok(whole);
         }
         Err(self.row_error(
             row,
