@@ -118,4 +118,18 @@ mod tests {
         let others = ["table.f", "table.f0i", "table.f3_TSM1", "table.dat"];
         assert!(!others.into_iter().any(is_manager));
     }
+
+    #[test]
+    fn a_file_of_a_manager_whose_name_is_not_there_is_damaged() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.f0");
+        std::fs::write(
+            &path,
+            b"\xbe\xbe\xbe\xbe\0\0\x01\x08\x79\0\0\x10TiledColumnStMan",
+        )
+        .unwrap();
+        assert!(check_file(&path).unwrap_err().contains("which manager"));
+        std::fs::write(&path, b"of a manager that is not casacore's own").unwrap();
+        assert!(check_file(&path).unwrap().is_none());
+    }
 }

@@ -50,21 +50,18 @@ pub(super) fn check(
     chunk: &[usize],
     pipeline: &Pipeline,
 ) -> Result<(), ReadError> {
-    for place in places(block, chunk) {
-        unpacked(dataset, &place.first, pipeline, chunk)?;
-    }
-    Ok(())
+    each(dataset, block, chunk, pipeline, |_| Ok(()))
 }
 
-/// Looks at all chunks of a dataset that were written, as they were before they were packed.
+/// Looks at the chunks of a block that were written, as they were before they were packed.
 pub(super) fn each(
     dataset: &Dataset,
+    block: &[(usize, usize)],
     chunk: &[usize],
     pipeline: &Pipeline,
     mut look: impl FnMut(&[u8]) -> Result<(), ReadError>,
 ) -> Result<(), ReadError> {
-    let all: Vec<(usize, usize)> = dataset.shape.iter().map(|&n| (0, n)).collect();
-    for place in places(&all, chunk) {
+    for place in places(block, chunk) {
         if let Some(bytes) = unpacked(dataset, &place.first, pipeline, chunk)? {
             look(&bytes)?;
         }

@@ -219,11 +219,15 @@ impl Dataset {
         Ok(())
     }
 
+    /// All of it, as a block.
+    fn all(&self) -> Vec<(usize, usize)> {
+        self.shape.iter().map(|&n| (0, n)).collect()
+    }
+
     /// All elements, in the order of the file.
     pub(super) fn read_all<T: H5Type>(&self) -> Result<Vec<T>, ReadError> {
         self.check_size(product(&self.shape).saturating_mul(size_of::<T>() as u128))?;
-        let all: Vec<(usize, usize)> = self.shape.iter().map(|&n| (0, n)).collect();
-        self.check_chunks(&all)?;
+        self.check_chunks(&self.all())?;
         let read = self.inner.read_raw();
         read.map_err(|error| self.damaged("", &error))
     }
@@ -283,7 +287,7 @@ impl Dataset {
                     pipeline => pipeline.as_ref().unwrap_or(&bare),
                 };
                 let check = |bytes: &[u8]| collections::check(&mut raw, bytes).map_err(damaged);
-                chunks::each(self, chunk, pipeline, check)
+                chunks::each(self, &self.all(), chunk, pipeline, check)
             }
             _ => Ok(()),
         }
