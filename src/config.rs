@@ -77,7 +77,7 @@ pub struct Config {
     pub sampler: SamplerKind,
     /// Live points of each tile; none = 120, or 8000 with `tiles = 1`.
     pub n_live: Option<usize>,
-    /// Sampling efficiency of `multinest`: the volume of the ellipsoids is that of the live points over this.
+    /// Sampling efficiency of `multinest`: ellipsoids of few live points are enlarged in volume by 1 over this.
     pub efficiency: f64,
     /// Evidence (in ln Z) that may be left in the live points at the end.
     pub tolerance: f64,

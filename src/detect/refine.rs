@@ -293,11 +293,7 @@ impl Refinement<'_> {
     /// The whole run about a source is its posterior.
     pub(super) fn refined(&self, old: &Mode, explored: &Explored) -> Mode {
         let evidence = explored.evidence;
-        let log_w = explored
-            .run
-            .log_weights()
-            .into_iter()
-            .map(|log_w| log_w - evidence.log_z);
+        let log_w = explored.run.log_weights().into_iter();
         let samples = explored.samples(log_w.enumerate(), self.prior);
         let log_z = evidence.log_z + explored.log_share(self.field);
         let mut mode = Mode::new(old.tile, samples, log_z, evidence.log_z_err);

@@ -12,7 +12,7 @@ mod union;
 pub(super) use cloud::Cloud;
 pub(super) use decompose::{Decomposition, decompose, refit};
 pub use ellipsoid::Ellipsoid;
-pub(super) use fit::{Cluster, pooled, typical};
+pub(super) use fit::{Cluster, pooled, scarcity, typical};
 pub(super) use neighbourhood::Neighbourhood;
 pub(super) use union::Union;
 

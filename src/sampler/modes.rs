@@ -46,7 +46,7 @@ pub struct ModeSummary {
 impl NestedRun {
     /// The undivided modes, in the order of the tree.
     pub fn modes(&self) -> Vec<ModeSummary> {
-        let log_w = self.log_weights();
+        let log_w = self.log_parts();
         let simulated = Simulated::of(self, &log_w);
         let mut samples = vec![Vec::new(); self.tree.len()];
         for (i, (dead, &w)) in self.dead.iter().zip(&log_w).enumerate() {

@@ -5,7 +5,7 @@
 
 mod region;
 
-use super::bound::{Cluster, Neighbourhood, Union, pooled, refit};
+use super::bound::{Cluster, Neighbourhood, Union, pooled, refit, scarcity};
 use super::nest::{Child, Group, Live, Mode, Nest};
 use super::{NestedRun, Progress, Sampler, SamplerError, log_add};
 use rand::SeedableRng;
@@ -32,7 +32,7 @@ pub struct MultiNestConfig {
     pub n_live: usize,
     /// Live points that each mode is topped up to when it splits off with fewer, at most `n_live`.
     pub n_live_mode: usize,
-    /// Ellipsoids are enlarged in volume by 1/`efficiency`.
+    /// Ellipsoids of few points are enlarged in volume by 1/`efficiency`, those of more than five for each dimension by less.
     pub efficiency: f64,
     /// A mode is finished when its live points can add no more than this fraction to its evidence.
     pub tolerance: f64,
@@ -49,7 +49,7 @@ pub struct MultiNestConfig {
 }
 
 impl MultiNestConfig {
-    /// The defaults: efficiency 0.8, tolerance 0.1, modes in all dimensions, 10 (d + 2) live
+    /// The defaults: efficiency 0.8, tolerance 0.5, modes in all dimensions, 10 (d + 2) live
     /// points a mode at least, batches of an eighth of the live points.
     pub fn new(n_dim: usize, n_live: usize) -> Self {
         Self {
@@ -57,7 +57,7 @@ impl MultiNestConfig {
             n_live,
             n_live_mode: (10 * (n_dim + 2)).min(n_live),
             efficiency: 0.8,
-            tolerance: 0.1,
+            tolerance: 0.5,
             mode_dims: (0..n_dim).collect(),
             wrapped: Vec::new(),
             batch: (n_live / 8).max(1),
@@ -240,9 +240,13 @@ impl MultiNest {
         false
     }
 
+    /// Enlarges ellipsoids for what their fit has not seen: of many points that is little.
     fn enlarge(&self, mut clusters: Vec<Cluster>) -> Vec<Cluster> {
         for cluster in &mut clusters {
-            cluster.ellipsoid.grow(-self.config.efficiency.ln());
+            let scarcity = scarcity(cluster.index.len(), self.config.n_dim).min(1.0);
+            cluster
+                .ellipsoid
+                .grow(-self.config.efficiency.ln() * scarcity);
         }
         clusters
     }

@@ -228,7 +228,7 @@ impl Nest {
         let mut children = Vec::with_capacity(groups.len());
         for (k, group) in groups.into_iter().enumerate() {
             let n_split = group.iter().map(|(cluster, _)| cluster.index.len()).sum();
-            let log_x = parent.log_x + log_fraction(n_split, n);
+            let log_x = parent.log_x + (n_split as f64 / n as f64).ln();
             let target = n_live_mode.min(self.n_live).max(n_split);
             let mut mode = Mode::new(first + k, log_x, parent.contour(), target);
             mode.low.clone_from(&parent.low);
@@ -278,9 +278,4 @@ impl Nest {
             tree: self.tree,
         }
     }
-}
-
-/// Expected ln of the volume fraction of `n` of `total` points: ψ(n) - ψ(total).
-fn log_fraction(n: usize, total: usize) -> f64 {
-    -(n..total).map(|k| 1.0 / k as f64).sum::<f64>()
 }

@@ -36,7 +36,7 @@ pub struct SliceConfig {
 }
 
 impl SliceConfig {
-    /// The defaults: 3 d slices a point, 12 at least, a quarter of the live points at a time, tolerance 0.1, modes
+    /// The defaults: 3 d slices a point, 12 at least, a quarter of the live points at a time, tolerance 0.5, modes
     /// in all dimensions, 10 (d + 2) live points a mode at least.
     pub fn new(n_dim: usize, n_live: usize) -> Self {
         Self {
@@ -45,7 +45,7 @@ impl SliceConfig {
             n_live_mode: (10 * (n_dim + 2)).min(n_live),
             n_repeats: (3 * n_dim).max(12),
             replaced: 0.25,
-            tolerance: 0.1,
+            tolerance: 0.5,
             mode_dims: (0..n_dim).collect(),
             wrapped: Vec::new(),
             seed: 0,

@@ -266,7 +266,7 @@ fn slices(blend: &Blend, sweeps: usize, seed: u64) -> Sample {
     let log_w = run.log_weights();
     Sample {
         u: run.dead.iter().map(|dead| dead.u.clone()).collect(),
-        weight: log_w.iter().map(|w| (w - evidence.log_z).exp()).collect(),
+        weight: log_w.iter().map(|w| w.exp()).collect(),
         ess: evidence.ess,
         n_eval: run.n_eval,
     }

@@ -66,7 +66,7 @@ fn tolerance(problem: &Problem) -> f64 {
     if problem.name.starts_with("spike") {
         1e-14
     } else {
-        0.1
+        0.5
     }
 }
 

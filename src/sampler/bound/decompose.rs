@@ -53,6 +53,9 @@ const KEEP: f64 = 0.2;
 /// Ellipsoids around the points `index`; clusters of one `part` are connected by their points.
 pub(in crate::sampler) fn decompose(problem: Decomposition, index: Vec<usize>) -> Vec<Cluster> {
     let whole = problem.fit(index, problem.typical);
+    if problem.excess(&whole) < TIDY {
+        return vec![whole];
+    }
     let parts = problem.part(&whole, problem.typical);
     let parts = parts.unwrap_or_else(|| vec![whole]);
     let prior = problem.pooled(parts.iter().map(|c| c.index.as_slice()));
@@ -77,6 +80,11 @@ impl Decomposition<'_> {
     fn fit(&self, index: Vec<usize>, prior: Option<&DMatrix<f64>>) -> Cluster {
         let log_share = self.log_share + (index.len() as f64).ln();
         fit(self.cloud, index, prior, log_share)
+    }
+
+    /// ln of a cluster's volume over that which its points stand for.
+    fn excess(&self, cluster: &Cluster) -> f64 {
+        cluster.ellipsoid.log_volume() - self.log_share - (cluster.index.len() as f64).ln()
     }
 
     fn pooled<'b>(&self, sets: impl Iterator<Item = &'b [usize]>) -> Option<DMatrix<f64>> {
@@ -133,8 +141,8 @@ impl Decomposition<'_> {
     /// modes of a few points each, which friends of friends cannot tell apart.
     fn unclump(&self, whole: Cluster, prior: Option<&DMatrix<f64>>) -> Vec<Cluster> {
         let n = whole.index.len();
-        let excess = whole.ellipsoid.log_volume() - self.log_share - (n as f64).ln();
-        if excess < VAST || !(3..=MAX_LINKED).contains(&n) || self.mode_dims.is_empty() {
+        if self.excess(&whole) < VAST || !(3..=MAX_LINKED).contains(&n) || self.mode_dims.is_empty()
+        {
             return vec![whole];
         }
         let z = whiten(self.cloud, &whole.index, self.mode_dims);
@@ -173,9 +181,8 @@ impl Decomposition<'_> {
 
     /// Splits in two if that is smaller now, or after further splits of a wasteful set.
     fn halve(&self, whole: Cluster, prior: Option<&DMatrix<f64>>) -> Vec<Cluster> {
-        let share = self.log_share + (whole.index.len() as f64).ln();
         let log_whole = whole.ellipsoid.log_volume();
-        let excess = log_whole - share;
+        let excess = self.excess(&whole);
         let smallest = 2 * (self.cloud.n_dim + 2);
         if whole.index.len() < smallest || excess < TIDY {
             return vec![whole];

@@ -2,9 +2,9 @@
 //!
 //! The smallest ellipsoid around n live points cuts off part of the region they were drawn from:
 //! in 6-D 40% of it for n = 20, 16% for 40, 5% for 80. Iteration after iteration that loss shrinks the
-//! region too fast, and the evidence comes out too high. So a quarter of the points in turn is left
-//! out of the fit, and the ellipsoid is enlarged until it holds every point that its fit had not
-//! seen; then 1% or less is cut off at any n, before the efficiency factor enlarges further.
+//! region too fast, and the evidence comes out too high. So points are left out of the fit in turn, and the
+//! ellipsoid is enlarged until it holds every point that its fit had not seen: a quarter at a time of few
+//! points, whose shape is made of more than themselves, and each by itself of many.
 //!
 //! # Source
 //! Buchner 2016 (Statistics and Computing 26, 383) for the idea, with the bootstrap in place of folds.
@@ -13,7 +13,7 @@ use super::cloud::{Cloud, Moments};
 use super::ellipsoid::Ellipsoid;
 use nalgebra::DMatrix;
 
-/// Parts of the point set that are left out in turn.
+/// Parts of a set of few points that are left out in turn.
 const N_FOLDS: usize = 4;
 
 /// Points for each dimension that give a covariance of their own.
@@ -51,24 +51,13 @@ pub(super) fn fit(
     // A uniform ellipsoid ends at radius sqrt(d + 2); the mean of few points may lie off its centre.
     let off_centre = 1.0 + 1.0 / (index.len() as f64).sqrt();
     let mut radius2 = (cloud.n_dim as f64 + 2.0) * off_centre * off_centre;
-    for &i in &index {
-        radius2 = radius2.max(unit.distance2(cloud.row(i)));
-    }
-    for k in 0..N_FOLDS.min(index.len()) {
-        let fold = || index.iter().skip(k).step_by(N_FOLDS);
-        let mut left_out = Moments::about(cloud.row(index[0]));
-        fold().for_each(|&i| left_out.add(cloud.row(i)));
-        if left_out.n() == index.len() {
-            break;
-        }
-        let mut kept = all.clone();
-        kept.combine(&left_out, -1.0);
-        let blind = gaussian(&kept, prior);
-        for &i in fold() {
-            radius2 = radius2.max(blind.distance2(cloud.row(i)));
-        }
-    }
-    let covariance = are_few(index.len(), cloud.n_dim).then(|| unit.shape());
+    let are_few = scarcity(index.len(), cloud.n_dim) >= 1.0;
+    radius2 = radius2.max(if are_few {
+        farthest_of_folds(cloud, &index, &all, &unit, prior)
+    } else {
+        farthest_left_out(cloud, &index, &unit)
+    });
+    let covariance = are_few.then(|| unit.shape());
     let mut ellipsoid = unit;
     ellipsoid.grow(0.5 * cloud.n_dim as f64 * radius2.ln());
     ellipsoid.grow((log_share - ellipsoid.log_volume()).max(0.0));
@@ -80,9 +69,53 @@ pub(super) fn fit(
     }
 }
 
-/// Whether a set of points is so small that its covariance is mixed with another.
-fn are_few(n_point: usize, n_dim: usize) -> bool {
-    n_point <= FEW_PER_DIM * n_dim
+/// The largest squared distance of a point from a fit to the others. Of many points, of which `unit` is the covariance.
+///
+/// # Formula
+/// D² in the covariance of all n is D² (n - 2)/(n - 1) ρ²/(1 - ρ D²/(n - 1)) in that of the others about their mean,
+/// with ρ = n/(n - 1) (Sherman & Morrison).
+fn farthest_left_out(cloud: Cloud, index: &[usize], unit: &Ellipsoid) -> f64 {
+    // A point that alone spans a dimension is infinitely far from the others.
+    const SMALLEST: f64 = 1e-9;
+    let n = index.len() as f64;
+    let rho = n / (n - 1.0);
+    let left_out = index.iter().map(|&i| {
+        let part = rho * unit.distance2(cloud.row(i)) / (n - 1.0);
+        (n - 2.0) * rho * part / (1.0 - part).max(SMALLEST)
+    });
+    left_out.fold(0.0, f64::max)
+}
+
+/// The largest squared distance of a point from the fit to all, and from a fit to the other parts than its own.
+fn farthest_of_folds(
+    cloud: Cloud,
+    index: &[usize],
+    all: &Moments,
+    unit: &Ellipsoid,
+    prior: Option<&DMatrix<f64>>,
+) -> f64 {
+    let distances = index.iter().map(|&i| unit.distance2(cloud.row(i)));
+    let mut farthest2 = distances.fold(0.0, f64::max);
+    for k in 0..N_FOLDS.min(index.len()) {
+        let fold = || index.iter().skip(k).step_by(N_FOLDS);
+        let mut left_out = Moments::about(cloud.row(index[0]));
+        fold().for_each(|&i| left_out.add(cloud.row(i)));
+        if left_out.n() == index.len() {
+            break;
+        }
+        let mut kept = all.clone();
+        kept.combine(&left_out, -1.0);
+        let blind = gaussian(&kept, prior);
+        for &i in fold() {
+            farthest2 = farthest2.max(blind.distance2(cloud.row(i)));
+        }
+    }
+    farthest2
+}
+
+/// From 1 on a set of points is so small that its covariance is mixed with another; of many points it is small.
+pub(in crate::sampler) fn scarcity(n_point: usize, n_dim: usize) -> f64 {
+    (FEW_PER_DIM * n_dim) as f64 / n_point as f64
 }
 
 /// The ellipsoid of Mahalanobis radius 1 of a regularised covariance.
@@ -184,6 +217,25 @@ mod tests {
             let mean = (0..10).map(|seed| missed(n, seed)).sum::<f64>() / 10.0;
             assert!(mean < 0.025, "{n} points: {mean}");
         }
+    }
+
+    #[test]
+    fn a_point_is_as_far_from_the_fit_to_the_others_as_that_says() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let shape = DMatrix::from_row_slice(2, 2, &[0.04, 0.03, 0.03, 0.09]);
+        let whole = Ellipsoid::new(&[0.5, 0.5], &shape).unwrap();
+        let mut u = vec![0.0; 60];
+        u.chunks_mut(2).for_each(|u| whole.sample(&mut rng, u));
+        let cloud = Cloud { u: &u, n_dim: 2 };
+        let index: Vec<usize> = (0..30).collect();
+        let alone = |i: usize| {
+            let others: Vec<usize> = index.iter().copied().filter(|&j| j != i).collect();
+            gaussian(&Moments::of(cloud, &others), None).distance2(cloud.row(i))
+        };
+        let exact = (0..30).map(alone).fold(0.0, f64::max);
+        let unit = gaussian(&Moments::of(cloud, &index), None);
+        let found = farthest_left_out(cloud, &index, &unit);
+        assert!((found / exact - 1.0).abs() < 1e-6, "{found} {exact}");
     }
 
     #[test]

@@ -56,23 +56,26 @@ fn link(sorted: &[f64], k: usize) -> Sets {
             }
         }
     }
-    // By the reach of both, then of either.
+    // By the reach of both, then of either. Of two friends in different sets one is not in the largest set: it
+    // finds the other, if it looks as far as that one reaches.
+    let farthest2 = scale2.iter().copied().fold(0.0, f64::max);
     for is_mutual in [true, false] {
         let small = sets.small();
-        for i in 0..n {
+        for i in sets.outside_largest() {
             if n_sets == 1 {
                 return sets;
             }
             if !is_mutual && small[i] {
                 continue;
             }
-            sweep(sorted, k, i, REACH2 * scale2[i], |j, d2, limit| {
-                let is_friend = if is_mutual {
-                    d2 <= REACH2 * scale2[j]
+            let limit2 = REACH2 * if is_mutual { scale2[i] } else { farthest2 };
+            sweep(sorted, k, i, limit2, |j, d2, limit| {
+                let reach2 = if is_mutual {
+                    scale2[i].min(scale2[j])
                 } else {
-                    !small[j]
+                    scale2[i].max(scale2[j])
                 };
-                if d2 <= limit && is_friend {
+                if d2 <= REACH2 * reach2 && (is_mutual || !small[j]) {
                     n_sets -= usize::from(sets.join(i, j));
                 }
                 limit
@@ -247,6 +250,19 @@ impl Sets {
             size[r] += 1;
         }
         root.into_iter().map(|r| size[r] <= NEIGHBOUR).collect()
+    }
+
+    /// Elements that are not in the largest set, ascending.
+    fn outside_largest(&mut self) -> Vec<usize> {
+        let parts = self.parts();
+        let largest = parts
+            .iter()
+            .max_by_key(|part| part.len())
+            .map_or(0, |part| part[0]);
+        let root = self.find(largest);
+        (0..self.0.len())
+            .filter(|&i| self.find(i) != root)
+            .collect()
     }
 
     /// Elements of each set, sets in the order of their first element.

@@ -34,7 +34,7 @@ impl NestedRun {
     }
 
     fn log_z_expected(&self) -> f64 {
-        self.log_weights()
+        self.log_parts()
             .into_iter()
             .fold(f64::NEG_INFINITY, log_add)
     }
