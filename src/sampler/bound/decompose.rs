@@ -47,8 +47,9 @@ const MAX_LINKED: usize = 1000;
 /// Most points by which a split is found; of larger sets, that of an even sample divides all.
 const MAX_SETTLED: usize = 500;
 
-/// A split is kept if ln of the volume falls by this much: less is chance.
-const KEEP: f64 = 0.2;
+/// A split is kept if ln of the volume falls by this much: less is often chance, and what was chosen for being small by
+/// chance cuts off.
+const KEEP: f64 = 0.5;
 
 /// Ellipsoids around the points `index`; clusters of one `part` are connected by their points.
 pub(in crate::sampler) fn decompose(problem: Decomposition, index: Vec<usize>) -> Vec<Cluster> {
