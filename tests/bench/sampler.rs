@@ -309,7 +309,7 @@ fn parallel() {
                 .expect("threads");
             let start = Instant::now();
             let result = pool.install(|| {
-                solve(kind.sampler(&problem, 400, 1), |u| {
+                solve(kind.sampler(&problem, 2000, 1), |u| {
                     u.par_chunks(6).map(|u| slow(&problem, u)).collect()
                 })
             });
@@ -318,7 +318,7 @@ fn parallel() {
         };
         let (one, two) = (time(1), time(2));
         println!(
-            "| {} | 400 | {} | {one:.2} | {two:.2} | {:.0}% |",
+            "| {} | 2000 | {} | {one:.2} | {two:.2} | {:.0}% |",
             problem.name,
             kind.name(),
             50.0 * one / two

@@ -52,14 +52,15 @@ impl Moments {
 
     pub(super) fn add(&mut self, u: &[f64]) {
         self.n += 1;
-        let mut k = 0;
+        let mut outer = self.outer.as_mut_slice();
         for (i, (u_i, origin_i)) in u.iter().zip(&self.origin).enumerate() {
             let x = u_i - origin_i;
             self.sum[i] += x;
-            for (u_j, origin_j) in u[..=i].iter().zip(&self.origin) {
-                self.outer[k] += x * (u_j - origin_j);
-                k += 1;
+            let (row, rest) = outer.split_at_mut(i + 1);
+            for (sum, (u_j, origin_j)) in row.iter_mut().zip(u.iter().zip(&self.origin)) {
+                *sum += x * (u_j - origin_j);
             }
+            outer = rest;
         }
     }
 

@@ -248,10 +248,8 @@ fn two_parts(cloud: Cloud, whole: &Cluster) -> Option<[Vec<usize>; 2]> {
 /// The points of a set by which ellipsoid of two samples of it has the lower h.
 fn share_out(cloud: Cloud, whole: &Cluster, halves: &[Vec<usize>; 2]) -> Option<[Vec<usize>; 2]> {
     let (a, b) = (tight(cloud, &halves[0])?, tight(cloud, &halves[1])?);
-    let side = whole.index.iter().map(|&i| {
-        let u = cloud.row(i);
-        b.1 + b.0.distance2(u).ln() < a.1 + a.0.distance2(u).ln()
-    });
+    let is_in_b = is_in_second(&a, &b);
+    let side = whole.index.iter().map(|&i| is_in_b(cloud.row(i)));
     sides(whole, &side.collect::<Vec<_>>(), cloud.n_dim + 2)
 }
 
@@ -267,9 +265,9 @@ fn settle(cloud: Cloud, whole: &Cluster, mut side: Vec<bool>) -> Option<(f64, [V
         };
         log_volume = log_add(a.0.log_volume(), b.0.log_volume());
         let mut moved = false;
+        let is_in_b = is_in_second(&a, &b);
         for (&i, side) in whole.index.iter().zip(&mut side) {
-            let u = cloud.row(i);
-            let now = b.1 + b.0.distance2(u).ln() < a.1 + a.0.distance2(u).ln();
+            let now = is_in_b(cloud.row(i));
             moved |= now != *side;
             *side = now;
         }
@@ -278,6 +276,12 @@ fn settle(cloud: Cloud, whole: &Cluster, mut side: Vec<bool>) -> Option<(f64, [V
         }
     }
     Some((log_volume, sides(whole, &side, smallest)?))
+}
+
+/// Which of two ellipsoids, each with its ln(V/n), a point has the lower h in.
+fn is_in_second(a: &(Ellipsoid, f64), b: &(Ellipsoid, f64)) -> impl Fn(&[f64]) -> bool {
+    let ratio = (b.1 - a.1).exp();
+    move |u| ratio * b.0.distance2(u) < a.0.distance2(u)
 }
 
 /// The two parts, each of at least `smallest` points.

@@ -14,8 +14,6 @@ use rand::{Rng, RngExt};
 
 /// Times that a part of the points is left out.
 const N_BOOTSTRAP: usize = 30;
-/// Neighbours of a point that are looked at: that all are left out has a chance of 1e-7.
-const N_NEAREST: usize = 16;
 
 /// The union of equal balls about the live points, in the metric of a covariance.
 #[derive(Debug, Clone)]
@@ -62,47 +60,35 @@ impl Neighbourhood {
 /// that is in the sample.
 fn bootstrap(points: &[f64], d: usize, rng: &mut impl Rng) -> f64 {
     let n = points.len() / d;
-    let nearest: Vec<Vec<(f64, usize)>> = (0..n).map(|i| nearest(points, d, i)).collect();
     let mut radius2: f64 = 0.0;
     for _ in 0..N_BOOTSTRAP {
         let mut is_in = vec![false; n];
         (0..n).for_each(|_| is_in[rng.random_range(0..n)] = true);
         for i in (0..n).filter(|&i| !is_in[i]) {
-            let friend = nearest[i].iter().find(|(_, j)| is_in[*j]);
-            // If all the nearest are left out as well, one of them is near enough.
-            let friend = friend.or(nearest[i].last());
-            radius2 = radius2.max(friend.map_or(0.0, |(distance2, _)| *distance2));
+            radius2 = radius2.max(nearest2(points, d, i, &is_in, radius2));
         }
     }
     radius2
 }
 
-/// The [`N_NEAREST`] points nearest to point `i`: squared distance and index, ascending. The points are
-/// sorted by their first coordinate, so that none is nearer once that alone is farther.
-fn nearest(points: &[f64], d: usize, i: usize) -> Vec<(f64, usize)> {
+/// The squared distance from point `i` to the nearest of those that are in a sample, or to any that is no farther than
+/// `enough2`.
+fn nearest2(points: &[f64], d: usize, i: usize, is_in: &[bool], enough2: f64) -> f64 {
+    let n = is_in.len();
     let here = &points[i * d..(i + 1) * d];
-    let mut best: Vec<(f64, usize)> = Vec::with_capacity(N_NEAREST + 1);
-    let mut look = |j: usize| {
-        let there = &points[j * d..(j + 1) * d];
-        let limit = match best.get(N_NEAREST - 1) {
-            Some(last) => last.0,
-            None => f64::INFINITY,
-        };
-        let first2 = (there[0] - here[0]) * (there[0] - here[0]);
-        if first2 > limit {
-            return false;
+    let mut nearest2 = f64::INFINITY;
+    // From near to far in the coordinate that they are sorted by: mostly the first few will do.
+    for step in 1..n {
+        for j in [i.wrapping_sub(step), i + step] {
+            if is_in.get(j) == Some(&true) {
+                nearest2 = nearest2.min(distance2(&points[j * d..(j + 1) * d], here));
+            }
         }
-        let distance2 = distance2(there, here);
-        if distance2 <= limit {
-            let at = best.partition_point(|b| *b < (distance2, j));
-            best.insert(at, (distance2, j));
-            best.truncate(N_NEAREST);
+        if nearest2 <= enough2 {
+            break;
         }
-        true
-    };
-    let _ = (i + 1..points.len() / d).all(&mut look);
-    let _ = (0..i).rev().all(&mut look);
-    best
+    }
+    nearest2
 }
 
 /// The points whose first coordinate is within `radius` of that of `z`.
