@@ -73,7 +73,9 @@ impl NestedRun {
     pub fn log_weights(&self) -> Vec<f64> {
         let mut log_w = self.log_parts();
         let total = log_w.iter().copied().fold(f64::NEG_INFINITY, log_add);
-        log_w.iter_mut().for_each(|log_w| *log_w -= total);
+        for log_w in &mut log_w {
+            *log_w -= total;
+        }
         log_w
     }
 
