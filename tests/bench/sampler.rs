@@ -300,8 +300,9 @@ fn parallel() {
     };
     println!("| problem | N_live | sampler | 1 thread [s] | 2 threads [s] | efficiency |");
     println!("|---|---|---|---|---|---|");
-    let problem = problems::shells(6);
-    for kind in [Kind::MultiNest, Kind::Slice] {
+    let problems = [problems::correlated_gaussian(6), problems::shells(6)];
+    let kinds = [Kind::MultiNest, Kind::Slice];
+    for (problem, kind) in problems.iter().flat_map(|p| kinds.map(|kind| (p, kind))) {
         let time = |n_threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new()
                 .num_threads(n_threads)
@@ -309,8 +310,8 @@ fn parallel() {
                 .expect("threads");
             let start = Instant::now();
             let result = pool.install(|| {
-                solve(kind.sampler(&problem, 2000, 1), |u| {
-                    u.par_chunks(6).map(|u| slow(&problem, u)).collect()
+                solve(kind.sampler(problem, 2000, 1), |u| {
+                    u.par_chunks(6).map(|u| slow(problem, u)).collect()
                 })
             });
             assert!(result.is_ok());
