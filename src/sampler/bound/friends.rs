@@ -45,52 +45,34 @@ pub(super) fn friends_of_friends(cloud: Cloud, index: &[usize], dims: &[usize]) 
 /// neighbour but a stranger, by which it would join several sets that are apart; so it may only follow a larger set
 /// that it is close to by that set's own scale. Larger sets have scales of their own and reach by them.
 ///
-/// Nearest neighbours are joined first: mostly they leave few sets, and the wide sweeps stop as soon
-/// as there is one.
+/// Nearest neighbours are joined first: mostly they leave few points outside the largest set, from which alone the wide
+/// sweeps start.
 fn link(sorted: &[f64], k: usize) -> Sets {
     let n = sorted.len() / k;
     let mut sets = Sets::new(n);
-    let mut n_sets = n;
     let near: Vec<_> = (0..n).map(|i| nearest(sorted, k, i)).collect();
     let scale2: Vec<f64> = near.iter().map(|near| near[NEIGHBOUR - 1].0).collect();
     for (i, near) in near.into_iter().enumerate() {
         for (d2, j) in near {
             if d2 <= REACH2 * scale2[j] {
-                n_sets -= usize::from(sets.join(i, j));
+                sets.join(i, j);
             }
         }
     }
-    // By the reach of both, then of either. Of two friends in different sets one is not in the largest set: it
-    // finds the other, if it looks as far as that one reaches.
-    for is_mutual in [true, false] {
-        let small = sets.small();
-        let scale2 = if is_mutual {
-            scale2.clone()
+    // By the reach of both, then of either.
+    let both = |i: usize, j: usize| scale2[i].min(scale2[j]);
+    join_friends(sorted, k, &mut sets, |i| scale2[i], both);
+    let small = sets.small();
+    let bounded = without_skirts(&scale2, sets.parts());
+    let farthest2 = bounded.iter().copied().fold(0.0, f64::max);
+    let either = |i: usize, j: usize| {
+        if small[i] || small[j] {
+            0.0
         } else {
-            without_skirts(&scale2, sets.parts())
-        };
-        let farthest2 = scale2.iter().copied().fold(0.0, f64::max);
-        for i in sets.outside_largest() {
-            if n_sets == 1 {
-                return sets;
-            }
-            if !is_mutual && small[i] {
-                continue;
-            }
-            let limit2 = REACH2 * if is_mutual { scale2[i] } else { farthest2 };
-            sweep(sorted, k, i, limit2, |j, d2, limit| {
-                let reach2 = if is_mutual {
-                    scale2[i].min(scale2[j])
-                } else {
-                    scale2[i].max(scale2[j])
-                };
-                if d2 <= REACH2 * reach2 && (is_mutual || !small[j]) {
-                    n_sets -= usize::from(sets.join(i, j));
-                }
-                limit
-            });
+            bounded[i].max(bounded[j])
         }
-    }
+    };
+    join_friends(sorted, k, &mut sets, |_| farthest2, either);
     let small = sets.small();
     for i in (0..n).filter(|&i| small[i]) {
         let mut host = (f64::INFINITY, i);
@@ -105,6 +87,26 @@ fn link(sorted: &[f64], k: usize) -> Sets {
         }
     }
     sets
+}
+
+/// Joins the sets of pairs that are within the reach of `scale2(i, j)`, which is at most `most2(i)`.
+///
+/// Of two points in different sets one is not in the largest: it finds the other, if it looks far enough.
+fn join_friends(
+    sorted: &[f64],
+    k: usize,
+    sets: &mut Sets,
+    most2: impl Fn(usize) -> f64,
+    scale2: impl Fn(usize, usize) -> f64,
+) {
+    for i in sets.outside_largest() {
+        sweep(sorted, k, i, REACH2 * most2(i), |j, d2, limit| {
+            if d2 <= REACH2 * scale2(i, j) {
+                sets.join(i, j);
+            }
+            limit
+        });
+    }
 }
 
 /// The scales, bounded by the median one of their set.
@@ -257,12 +259,10 @@ impl Sets {
         i
     }
 
-    /// Joins the sets of two elements; false if they were one already. The smaller root stays, so
-    /// the result does not depend on the order of joins.
-    pub(super) fn join(&mut self, a: usize, b: usize) -> bool {
+    /// Joins the sets of two elements. The smaller root stays, so the result does not depend on the order of joins.
+    pub(super) fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.find(a), self.find(b));
         self.0[a.max(b)] = a.min(b);
-        a != b
     }
 
     /// Of each element whether its set has too few of them for a scale.
