@@ -4,8 +4,7 @@
     make_bad_ms.py [FOLDER]
 
 Beside each stands a .txt with the message that the reader must give, without the path in front.
-Needs nothing but Python: bytes are replaced in a set of fixtures/good. row_number_wild,
-which is not made here, is what fuzzing found.
+Needs nothing but Python: bytes are replaced in a set of fixtures/good.
 """
 
 import gzip
@@ -20,8 +19,8 @@ GOOD = ROOT / "fixtures" / "good" / "ms_standard_storage.ms.tar.gz"
 # Tables that are not read.
 LEFT_OUT = ["FEED", "FLAG_CMD", "POINTING", "PROCESSOR", "SOURCE", "STATE"]
 
-# The file, what is replaced in it where it last stands, by what, the message. casacore crashes on each, or
-# fills the memory.
+# The file, what is replaced in it where it last stands, by what, the message. casacore crashes on each,
+# fills the memory, or reads what is not there.
 CASES = {
     "column_class_unknown": ("FIELD/table.dat", b"ScalarColumnDesc<Int     ", b"ScalarColumnDesc<Integer ",
         "table FIELD: cannot be read (a column is of a class that casacore does not know)"),
@@ -37,7 +36,23 @@ CASES = {
         "table MAIN: cannot be read (table.f3: has rows in hypercube 268435456, of 2)"),
     "column_in_no_index": ("DATA_DESCRIPTION/table.dat", b"Block" + struct.pack(">5I", 1, 3, 0, 0, 0),
         b"Block" + struct.pack(">5I", 1, 3, 0, 1 << 16, 0),
-        "table DATA_DESCRIPTION: cannot be read (table.f0: a column is in index 65536, of 1)"),
+        "table DATA_DESCRIPTION: cannot be read (table.f0: column POLARIZATION_ID: is in index 65536, of 1)"),
+    "column_beyond_bucket": ("HISTORY/table.dat", struct.pack(">2I", 0x700, 0x880), struct.pack(">2I", 0x700, 0xafc),
+        "table HISTORY: cannot be read (table.f0: column PRIORITY: has 384 bytes from byte 2812 on, of 2816 in a bucket)"),
+    "text_nowhere": ("HISTORY/table.f0", struct.pack("<3I", 1, 32, 23), struct.pack("<3I", 1, 1000, 23),
+        "table HISTORY: cannot be read (table.f0: column MESSAGE: row 0: 23 bytes of a text are at byte 1000 of "
+        "bucket 1, which has 55)"),
+    "value_nowhere": ("table.f14", struct.pack("<Id3I", 12, 8., 1, 0, 0), struct.pack("<Id3I", 12, 8., 1, 0, 1 << 24),
+        "table MAIN: cannot be read (table.f14: bucket 0: column INTERVAL: a value at byte 16777216 goes beyond the "
+        "others)"),
+    "values_begin_late": ("table.f14", struct.pack("<Id3I", 12, 8., 1, 0, 0), struct.pack("<Id3I", 12, 8., 1, 5, 0),
+        "table MAIN: cannot be read (table.f14: bucket 0: column INTERVAL: its rows are not in order)"),
+    "keyword_huge": ("ANTENNA/table.dat", struct.pack(">I", 1) + b"m", struct.pack(">i", -2) + b"m",
+        "table ANTENNA: cannot be read (table.dat: keywords: what it announces is not there: it is truncated or "
+        "damaged)"),
+    "row_number_wild": ("DATA_DESCRIPTION/table.f0", b"Block" + struct.pack("<3I", 1, 1, 1) + bytes(260),
+        b"Block" + struct.pack("<3I", 1, 1, 1) + bytes(132) + b"\xff" * 128,
+        "table SPECTRAL_WINDOW: has 1 rows, no row 18446744073709551615"),
     "index_short": ("table.f6", b"SSMIndex" + struct.pack("<2I", 1, 1), b"SSMIndex" + struct.pack("<2I", 1, 1 << 24),
         "table MAIN: cannot be read (table.f6: index 0: has not the 16777216 buckets that it announces)"),
     "bucket_overfull": ("table.f6", b"Block" + struct.pack("<3I", 1, 1, 29), b"Block" + struct.pack("<3I", 1, 1, 99999),

@@ -1,23 +1,29 @@
-//! What the files beside `table.dat` say of themselves, where casacore would believe it.
+//! What the files of a table say of themselves, where casacore would believe it.
 //!
-//! A storage manager's file begins with a header that tells sizes, and where in which other file to
-//! look. casacore divides by the ones and follows the others without a look. So the headers of the
-//! managers that Measurement Sets are mostly made of are read here first; of anything that is not known
-//! here, nothing is said.
+//! `table.dat` describes the columns, and says where in the files of storage managers they are; these begin with a
+//! header that tells sizes. casacore makes room for whatever is announced, divides by the ones and follows the others
+//! without a look. So `table.dat` is read here first, and the files of the managers that Measurement Sets are mostly
+//! made of; of anything that is not known here, nothing is said.
 //!
 //! # Source
-//! casacore 3.5: AipsIO, TiledStMan, TiledShapeStMan, TSMCube, SSMBase, SSMIndex, PlainTable, ColumnSet, LockFile.
+//! casacore 3.5: AipsIO, TableDesc, TableRecord, PlainTable, ColumnSet, TiledStMan, TiledShapeStMan, TSMCube, SSMBase,
+//! SSMIndex, SSMStringHandler, ISMBase, ISMBucket, LockFile.
 
 mod columns;
+mod incremental;
+mod keywords;
 mod standard;
 mod stream;
+mod texts;
 mod tiled;
+mod types;
 
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
+use columns::Managed;
 use stream::Stream;
 
 /// Bytes in which the name of a manager must stand.
@@ -28,7 +34,7 @@ const MAX_HEADER_BYTES: u64 = 1 << 28;
 /// Where a lock file says how long what follows is: after the processes that wait for the lock.
 const LOCK_LENGTH_AT: u64 = 260;
 
-/// Looks into the files of a table's storage managers, and its lock; what is wrong is told in words.
+/// Looks into `table.dat`, the files of storage managers, and the lock; what is wrong is told in words.
 pub(super) fn check(folder: &Path) -> Result<(), String> {
     check_lock(&folder.join("table.lock")).map_err(|what| format!("table.lock: {what}"))?;
     // A folder that cannot be listed is casacore's to complain of.
@@ -40,18 +46,15 @@ pub(super) fn check(folder: &Path) -> Result<(), String> {
         .filter(|name| is_manager(name))
         .collect();
     names.sort();
-    let mut standard = BTreeMap::new();
-    for name in names {
-        let header = check_file(&folder.join(&name)).map_err(|what| format!("{name}: {what}"))?;
-        standard.extend(header.map(|header| (name, header)));
-    }
     let table_dat = std::fs::read(folder.join("table.dat")).map_err(|error| error.to_string())?;
-    let told = columns::read(&table_dat).map_err(|what| format!("table.dat: {what}"))?;
-    for columns in told {
-        let name = format!("table.f{}", columns.file);
-        if let Some(header) = standard.get(&name) {
-            standard::check_columns(header, &columns).map_err(|what| format!("{name}: {what}"))?;
-        }
+    let mut managed: BTreeMap<String, Managed> = columns::read(&table_dat)
+        .map_err(|what| format!("table.dat: {what}"))?
+        .into_iter()
+        .map(|managed| (format!("table.f{}", managed.file), managed))
+        .collect();
+    for name in names {
+        check_file(&folder.join(&name), managed.remove(&name))
+            .map_err(|what| format!("{name}: {what}"))?;
     }
     Ok(())
 }
@@ -84,8 +87,8 @@ fn check_lock(path: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// What a standard storage manager says at its start, if it is one.
-fn check_file(path: &Path) -> Result<Option<standard::Header>, String> {
+/// Looks through a file of a manager, whose columns are known if the layout of `table.dat` is.
+fn check_file(path: &Path, managed: Option<Managed>) -> Result<(), String> {
     let words = |error: std::io::Error| error.to_string();
     let mut file = File::open(path).map_err(words)?;
     let n_byte = file.metadata().map_err(words)?.len();
@@ -95,16 +98,21 @@ fn check_file(path: &Path) -> Result<Option<standard::Header>, String> {
         .map_err(words)?;
     // The order of bytes is the table's in some files, and the same for all tables in others.
     let named = |big| Some((Stream::new(&bytes, big).outermost().ok()?.name, big));
-    match [true, false].into_iter().find_map(named) {
-        Some((name, big)) if name == "StandardStMan" => standard::check(&mut file, big).map(Some),
-        Some((name, true)) if name.starts_with("Tiled") && n_byte <= MAX_HEADER_BYTES => {
+    let Some((name, big)) = [true, false].into_iter().find_map(named) else {
+        if bytes.starts_with(&stream::MAGIC.to_be_bytes()) {
+            return Err("does not say which manager it is of: it is truncated or damaged".into());
+        }
+        return Ok(());
+    };
+    let managed = managed.filter(|managed| managed.class == name);
+    match (name.as_str(), managed) {
+        ("StandardStMan", managed) => standard::check(file, big, managed),
+        ("IncrementalStMan", Some(managed)) => incremental::check(file, big, &managed),
+        (name, _) if name.starts_with("Tiled") && big && n_byte <= MAX_HEADER_BYTES => {
             file.read_to_end(&mut bytes).map_err(words)?;
-            tiled::check(&bytes).map(|()| None)
+            tiled::check(&bytes)
         }
-        None if bytes.starts_with(&stream::MAGIC.to_be_bytes()) => {
-            Err("does not say which manager it is of: it is truncated or damaged".into())
-        }
-        _ => Ok(None),
+        _ => Ok(()),
     }
 }
 
@@ -128,8 +136,12 @@ mod tests {
             b"\xbe\xbe\xbe\xbe\0\0\x01\x08\x79\0\0\x10TiledColumnStMan",
         )
         .unwrap();
-        assert!(check_file(&path).unwrap_err().contains("which manager"));
+        assert!(
+            check_file(&path, None)
+                .unwrap_err()
+                .contains("which manager")
+        );
         std::fs::write(&path, b"of a manager that is not casacore's own").unwrap();
-        assert!(check_file(&path).unwrap().is_none());
+        assert!(check_file(&path, None).is_ok());
     }
 }

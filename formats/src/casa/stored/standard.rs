@@ -3,10 +3,12 @@
 //! Rows are in buckets of the same length; an index, in buckets of its own, tells the last row of each.
 
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
+use std::ops::Range;
 
-use super::columns::Columns;
-use super::stream::Stream;
+use super::columns::{Column, Held, Managed};
+use super::stream::{Stream, read};
+use super::texts;
+use super::types::{TEXT, bits};
 
 /// Where buckets begin.
 const HEADER_BYTES: u64 = 512;
@@ -15,9 +17,13 @@ const LINK_BYTES: u64 = 8;
 /// Newest layout that is known.
 const VERSION: u32 = 3;
 
+/// What a cell says of something that is elsewhere: of a text, of an array.
+const TEXT_BITS: u64 = 96;
+const ARRAY_BITS: u64 = 64;
+
 /// What the header says.
 #[derive(Debug)]
-pub(super) struct Header {
+struct Header {
     bucket_bytes: u64,
     n_bucket: u64,
     /// Buckets of the indices, and the first of these.
@@ -29,39 +35,154 @@ pub(super) struct Header {
     n_index: u32,
 }
 
-/// Looks at the header and through the indices.
-pub(super) fn check(file: &mut File, big: bool) -> Result<Header, String> {
-    let header = header(&read(file, 0, HEADER_BYTES)?, big)?;
-    let index = index(file, &header)?;
-    // Each is a stream of its own.
-    let mut stream = Stream::new(&index, big);
-    for i in 0..header.n_index {
-        rows(&mut stream, &header).map_err(|what| format!("index {i}: {what}"))?;
-    }
-    Ok(header)
+/// A file of which the header and the indices have been looked at.
+#[derive(Debug)]
+pub(super) struct Manager {
+    file: File,
+    /// Whether the most significant byte comes first, in the indices and in cells.
+    pub(super) big: bool,
+    header: Header,
+    indices: Vec<Index>,
 }
 
-/// Whether columns can be where they are said to be.
-pub(super) fn check_columns(header: &Header, columns: &Columns) -> Result<(), String> {
-    let n_index = u64::from(header.n_index);
-    if let Some(index) = columns.indices.iter().find(|&&index| index >= n_index) {
-        return Err(format!("a column is in index {index}, of {n_index}"));
+/// Which rows are in which bucket.
+#[derive(Debug)]
+struct Index {
+    /// Most rows of a bucket.
+    per_bucket: u64,
+    /// The last row of each bucket, and which it is.
+    buckets: Vec<(u64, u64)>,
+}
+
+/// Where a column is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    /// From which byte of a bucket on.
+    pub(super) offset: u64,
+    index: usize,
+}
+
+/// Looks through the file of a manager.
+pub(super) fn check(file: File, big: bool, managed: Option<Managed>) -> Result<(), String> {
+    let mut manager = Manager::open(file, big)?;
+    let Some(managed) = managed else {
+        return Ok(());
+    };
+    let places = places(managed.own, managed.columns.len())?;
+    for (column, (offset, index)) in managed.columns.iter().zip(places) {
+        let told = |what| format!("column {}: {what}", column.name);
+        let place = manager.place(column, offset, index).map_err(told)?;
+        if is_text(column) {
+            texts::check(&mut manager, place).map_err(told)?;
+        }
     }
-    let n_byte = header.bucket_bytes;
-    match columns.offsets.iter().find(|&&offset| offset >= n_byte) {
-        Some(offset) => Err(format!(
-            "a column begins at byte {offset} of {n_byte} in a bucket"
-        )),
-        None => Ok(()),
+    Ok(())
+}
+
+/// Where each column begins in a bucket, and which index it has.
+fn places(mut own: Stream, n: usize) -> Result<Vec<(u64, u64)>, String> {
+    own.outermost()?;
+    own.text()?;
+    let (offsets, indices) = (own.list(false)?, own.list(false)?);
+    if offsets.len() < n || indices.len() < n {
+        let said = offsets.len().min(indices.len());
+        return Err(format!(
+            "has {n} columns, table.dat says of {said} where they are"
+        ));
+    }
+    Ok(offsets.into_iter().zip(indices).take(n).collect())
+}
+
+/// Whether cells are texts of any length.
+fn is_text(column: &Column) -> bool {
+    column.data_type == TEXT && column.held == Held::Value && column.max_length == 0
+}
+
+/// What a row takes; nothing is known of other types than those that there are.
+fn cell_bits(column: &Column) -> u64 {
+    let of_one = bits(column.data_type).unwrap_or(0);
+    match (column.data_type, column.held) {
+        (TEXT, Held::Value) if column.max_length > 0 => 8 * u64::from(column.max_length),
+        (TEXT, _) => TEXT_BITS,
+        (_, Held::Value) => of_one,
+        (_, Held::Values(n)) => n.saturating_mul(of_one),
+        (_, Held::Elsewhere) => ARRAY_BITS,
     }
 }
 
-/// Bytes from a place on; fewer at the end of the file.
-fn read(file: &mut File, at: u64, n_byte: u64) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::new();
-    let found = file.seek(SeekFrom::Start(at));
-    let found = found.and_then(|_| file.take(n_byte).read_to_end(&mut bytes));
-    found.map(|_| bytes).map_err(|error| error.to_string())
+impl Manager {
+    /// Looks at the header and through the indices.
+    fn open(mut file: File, big: bool) -> Result<Self, String> {
+        let header = header(&read(&mut file, 0, HEADER_BYTES)?, big)?;
+        let bytes = index(&mut file, &header)?;
+        // Each is a stream of its own.
+        let mut stream = Stream::new(&bytes, big);
+        let mut indices = Vec::new();
+        for i in 0..header.n_index {
+            let index = rows(&mut stream, &header);
+            indices.push(index.map_err(|what| format!("index {i}: {what}"))?);
+        }
+        Ok(Self {
+            file,
+            big,
+            header,
+            indices,
+        })
+    }
+
+    /// Where a column is, if it can be there.
+    fn place(&self, column: &Column, offset: u64, index: u64) -> Result<Place, String> {
+        let n_index = self.indices.len();
+        let index = usize::try_from(index).unwrap_or(usize::MAX);
+        let per_bucket = match self.indices.get(index) {
+            Some(index) => index.per_bucket,
+            None => return Err(format!("is in index {index}, of {n_index}")),
+        };
+        let n_byte = self.header.bucket_bytes;
+        let cells = per_bucket.saturating_mul(cell_bits(column)).div_ceil(8);
+        if offset.saturating_add(cells) > n_byte {
+            return Err(format!(
+                "has {cells} bytes from byte {offset} on, of {n_byte} in a bucket"
+            ));
+        }
+        Ok(Place { offset, index })
+    }
+
+    /// The rows in each bucket of a place, and which it is.
+    pub(super) fn buckets(&self, place: Place) -> Vec<(Range<u64>, u64)> {
+        let buckets = &self.indices[place.index].buckets;
+        let ends = buckets.iter().map(|&(last, _)| last.saturating_add(1));
+        let starts = std::iter::once(0).chain(ends.clone());
+        let rows = starts.zip(ends).map(|(start, end)| start..end);
+        rows.zip(buckets.iter().map(|&(_, bucket)| bucket))
+            .collect()
+    }
+
+    /// Some bytes of a bucket; fewer at the end of the file.
+    pub(super) fn read(&mut self, bucket: u64, at: u64, n_byte: u64) -> Result<Vec<u8>, String> {
+        let n_bucket = self.header.n_bucket;
+        if bucket >= n_bucket {
+            return Err(format!("is in bucket {bucket}, of {n_bucket}"));
+        }
+        let start = self.header.start(bucket) + at;
+        read(&mut self.file, start, n_byte)
+    }
+
+    /// Buckets that there are.
+    pub(super) fn n_bucket(&self) -> Result<u64, String> {
+        let metadata = self.file.metadata().map_err(|error| error.to_string())?;
+        Ok(metadata.len() / self.header.bucket_bytes)
+    }
+
+    pub(super) fn bucket_bytes(&self) -> u64 {
+        self.header.bucket_bytes
+    }
+}
+
+impl Header {
+    fn start(&self, bucket: u64) -> u64 {
+        HEADER_BYTES + bucket * self.bucket_bytes
+    }
 }
 
 fn header(bytes: &[u8], big: bool) -> Result<Header, String> {
@@ -100,9 +221,8 @@ fn header(bytes: &[u8], big: bool) -> Result<Header, String> {
 
 /// The bytes of all indices, bucket by bucket.
 fn index(file: &mut File, header: &Header) -> Result<Vec<u8>, String> {
-    let start = |bucket: u64| HEADER_BYTES + bucket * header.bucket_bytes;
     if header.offset > 0 {
-        let at = start(header.first) + header.offset;
+        let at = header.start(header.first) + header.offset;
         return read(file, at, header.index_bytes);
     }
     let per_link = header.bucket_bytes - LINK_BYTES;
@@ -114,7 +234,7 @@ fn index(file: &mut File, header: &Header) -> Result<Vec<u8>, String> {
     let mut bucket = header.first;
     for _ in 0..n_link {
         let n_byte = per_link.min(n_byte - bytes.len() as u64);
-        let link = read(file, start(bucket), LINK_BYTES + n_byte)?;
+        let link = read(file, header.start(bucket), LINK_BYTES + n_byte)?;
         let mut stream = Stream::new(&link, true);
         stream.u32()?;
         bucket = stream.u32()?.into();
@@ -124,7 +244,7 @@ fn index(file: &mut File, header: &Header) -> Result<Vec<u8>, String> {
 }
 
 /// Which rows are in which bucket.
-fn rows(stream: &mut Stream, header: &Header) -> Result<(), String> {
+fn rows(stream: &mut Stream, header: &Header) -> Result<Index, String> {
     let version = stream.outermost()?.version;
     let n_used = stream.u32()? as usize;
     let per_bucket = u64::from(stream.u32()?);
@@ -150,6 +270,9 @@ fn rows(stream: &mut Stream, header: &Header) -> Result<(), String> {
     }
     match buckets[..n_used].iter().find(|&&at| at >= header.n_bucket) {
         Some(at) => Err(format!("has rows in bucket {at}, of {}", header.n_bucket)),
-        None => Ok(()),
+        None => Ok(Index {
+            per_bucket,
+            buckets: last_rows.into_iter().zip(buckets).take(n_used).collect(),
+        }),
     }
 }

@@ -1,10 +1,21 @@
 //! Numbers, texts and objects in a row, as casacore's class AipsIO writes them.
 
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+
 /// Stands before the outermost object.
 pub(super) const MAGIC: u32 = 0xbebe_bebe;
 
+/// Bytes of a file from a place on; fewer at its end.
+pub(super) fn read(file: &mut File, at: u64, n_byte: u64) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let found = file.seek(SeekFrom::Start(at));
+    let found = found.and_then(|_| file.take(n_byte).read_to_end(&mut bytes));
+    found.map(|_| bytes).map_err(|error| error.to_string())
+}
+
 /// What is left of some bytes. Errors are words for what is wrong with them.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Stream<'a> {
     rest: &'a [u8],
     /// Whether the most significant byte comes first.
@@ -25,20 +36,23 @@ impl<'a> Stream<'a> {
         Self { rest, big }
     }
 
-    /// Streams from each place on where an outermost object may begin.
-    pub(super) fn starts(&self) -> impl Iterator<Item = Self> {
-        let (rest, big) = (self.rest, self.big);
-        let places = rest.windows(4).enumerate();
-        places
-            .filter(|(_, bytes)| *bytes == MAGIC.to_be_bytes())
-            .map(move |(at, _)| Self::new(&rest[at..], big))
-    }
-
     fn bytes(&mut self, n: usize) -> Result<&'a [u8], String> {
         let (taken, rest) = (self.rest.split_at_checked(n))
             .ok_or("what it announces is not there: it is truncated or damaged")?;
         self.rest = rest;
         Ok(taken)
+    }
+
+    /// Passes over bytes.
+    pub(super) fn pass(&mut self, n: u64) -> Result<(), String> {
+        self.bytes(usize::try_from(n).unwrap_or(usize::MAX))
+            .map(drop)
+    }
+
+    /// What begins with its length, as a stream of its own.
+    pub(super) fn part(&mut self) -> Result<Self, String> {
+        let n = self.u32()? as usize;
+        Ok(Self::new(self.bytes(n)?, self.big))
     }
 
     pub(super) fn byte(&mut self) -> Result<u8, String> {
@@ -118,6 +132,11 @@ impl<'a> Stream<'a> {
     pub(super) fn list(&mut self, is_wide: bool) -> Result<Vec<u64>, String> {
         self.object()?;
         let n = self.u32()? as usize;
+        self.numbers(n, is_wide)
+    }
+
+    /// Numbers of 64 bits each or of 32.
+    pub(super) fn numbers(&mut self, n: usize, is_wide: bool) -> Result<Vec<u64>, String> {
         if n > self.rest.len() / 4 {
             return Err(format!(
                 "announces a list of {n} numbers, which is not there"
