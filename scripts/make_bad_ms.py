@@ -53,6 +53,13 @@ CASES = {
     "row_number_wild": ("DATA_DESCRIPTION/table.f0", b"Block" + struct.pack("<3I", 1, 1, 1) + bytes(260),
         b"Block" + struct.pack("<3I", 1, 1, 1) + bytes(132) + b"\xff" * 128,
         "table SPECTRAL_WINDOW: has 1 rows, no row 18446744073709551615"),
+    "buckets_huge": ("FIELD/table.f0", struct.pack("<3I", 2052, 2, 2), struct.pack("<3I", 2052, 1 << 31, 2),
+        "table FIELD: cannot be read (table.f0: announces 2147483648 buckets of 2052 bytes, has 4616 bytes)"),
+    "cache_huge": ("table.f14", struct.pack("<3I", 1 << 15, 1, 1), struct.pack("<3I", 1 << 15, 1, 1 << 31),
+        "table MAIN: cannot be read (table.f14: wants 2147483648 buckets in memory at once)"),
+    "tiles_huge": ("table.f4", struct.pack(">3i", 2, 2, 30), struct.pack(">3i", 2, 1 << 30, 30),
+        "table MAIN: cannot be read (table.f4: hypercube 1: [1073741824, 30] is cut into 536870912 tiles, in a file "
+        "of 131072 bytes)"),
     "index_short": ("table.f6", b"SSMIndex" + struct.pack("<2I", 1, 1), b"SSMIndex" + struct.pack("<2I", 1, 1 << 24),
         "table MAIN: cannot be read (table.f6: index 0: has not the 16777216 buckets that it announces)"),
     "bucket_overfull": ("table.f6", b"Block" + struct.pack("<3I", 1, 1, 29), b"Block" + struct.pack("<3I", 1, 1, 99999),

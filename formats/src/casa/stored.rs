@@ -9,6 +9,7 @@
 //! casacore 3.5: AipsIO, TableDesc, TableRecord, PlainTable, ColumnSet, TiledStMan, TiledShapeStMan, TSMCube, SSMBase,
 //! SSMIndex, SSMStringHandler, ISMBase, ISMBucket, LockFile.
 
+mod buckets;
 mod columns;
 mod incremental;
 mod keywords;
@@ -110,7 +111,7 @@ fn check_file(path: &Path, managed: Option<Managed>) -> Result<(), String> {
         ("IncrementalStMan", Some(managed)) => incremental::check(file, big, &managed),
         (name, _) if name.starts_with("Tiled") && big && n_byte <= MAX_HEADER_BYTES => {
             file.read_to_end(&mut bytes).map_err(words)?;
-            tiled::check(&bytes)
+            tiled::check(&bytes, path)
         }
         _ => Ok(()),
     }

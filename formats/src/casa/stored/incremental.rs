@@ -5,12 +5,11 @@
 
 use std::fs::File;
 
+use super::buckets::{Buckets, HEADER_BYTES};
 use super::columns::{Column, Held, Managed};
 use super::stream::{Stream, read};
 use super::types::{TEXT, bits};
 
-/// Where buckets begin.
-const HEADER_BYTES: u64 = 512;
 /// Newest layout that is known.
 const VERSION: u32 = 5;
 /// casacore has 28 bits for a place in a bucket; the rest tells that row numbers are of 64 bits.
@@ -18,26 +17,20 @@ const PLACE_BITS: u32 = 28;
 /// Bytes of the place of the index, with which a bucket begins.
 const START_BYTES: usize = 4;
 
-/// What the header says.
-struct Header {
-    bucket_bytes: u64,
-    n_bucket: u64,
-}
-
 /// Looks through the file of a manager.
 pub(super) fn check(mut file: File, big: bool, managed: &Managed) -> Result<(), String> {
-    let header = header(&read(&mut file, 0, HEADER_BYTES)?, big)?;
-    let start = |bucket: u64| HEADER_BYTES + bucket * header.bucket_bytes;
-    let index = read(&mut file, start(header.n_bucket), u64::MAX)?;
-    for bucket in buckets(&index, big, &header)? {
-        let bytes = read(&mut file, start(bucket), header.bucket_bytes)?;
+    let n_byte = file.metadata().map_err(|error| error.to_string())?.len();
+    let all = header(&read(&mut file, 0, HEADER_BYTES)?, big, n_byte)?;
+    let index = read(&mut file, all.start(all.n), u64::MAX)?;
+    for bucket in used(&index, big, all.n)? {
+        let bytes = read(&mut file, all.start(bucket), all.n_byte)?;
         check_bucket(&bytes, big, &managed.columns)
             .map_err(|what| format!("bucket {bucket}: {what}"))?;
     }
     Ok(())
 }
 
-fn header(bytes: &[u8], big: bool) -> Result<Header, String> {
+fn header(bytes: &[u8], big: bool, file_bytes: u64) -> Result<Buckets, String> {
     let mut stream = Stream::new(bytes, big);
     let version = stream.outermost()?.version;
     if version > VERSION {
@@ -48,18 +41,11 @@ fn header(bytes: &[u8], big: bool) -> Result<Header, String> {
     if version >= 5 {
         stream.byte()?;
     }
-    let (bucket_bytes, n_bucket) = (stream.u32()?, stream.u32()?);
-    if bucket_bytes <= START_BYTES as u32 || bucket_bytes >= 1 << PLACE_BITS {
-        return Err(format!("its buckets have {bucket_bytes} bytes"));
-    }
-    Ok(Header {
-        bucket_bytes: bucket_bytes.into(),
-        n_bucket: n_bucket.into(),
-    })
+    Buckets::read(&mut stream, file_bytes)
 }
 
 /// The buckets in which there are rows.
-fn buckets(index: &[u8], big: bool, header: &Header) -> Result<Vec<u64>, String> {
+fn used(index: &[u8], big: bool, n_bucket: u64) -> Result<Vec<u64>, String> {
     let mut stream = Stream::new(index, big);
     let is_wide = stream.outermost()?.version > 1;
     let n_used = stream.u32()? as usize;
@@ -74,8 +60,8 @@ fn buckets(index: &[u8], big: bool, header: &Header) -> Result<Vec<u64>, String>
         return Err("index: its rows are not in order".into());
     }
     buckets.truncate(n_used);
-    match buckets.iter().find(|&&at| at >= header.n_bucket) {
-        Some(at) => Err(format!("index: has bucket {at}, of {}", header.n_bucket)),
+    match buckets.iter().find(|&&at| at >= n_bucket) {
+        Some(at) => Err(format!("index: has bucket {at}, of {n_bucket}")),
         None => Ok(buckets),
     }
 }

@@ -5,13 +5,12 @@
 use std::fs::File;
 use std::ops::Range;
 
+use super::buckets::{Buckets, HEADER_BYTES};
 use super::columns::{Column, Held, Managed};
 use super::stream::{Stream, read};
 use super::texts;
 use super::types::{TEXT, bits};
 
-/// Where buckets begin.
-const HEADER_BYTES: u64 = 512;
 /// What a bucket of an index begins with: where the next is, twice.
 const LINK_BYTES: u64 = 8;
 /// Newest layout that is known.
@@ -24,8 +23,7 @@ const ARRAY_BITS: u64 = 64;
 /// What the header says.
 #[derive(Debug)]
 struct Header {
-    bucket_bytes: u64,
-    n_bucket: u64,
+    buckets: Buckets,
     /// Buckets of the indices, and the first of these.
     n_link: u64,
     first: u64,
@@ -113,7 +111,7 @@ fn cell_bits(column: &Column) -> u64 {
 impl Manager {
     /// Looks at the header and through the indices.
     fn open(mut file: File, big: bool) -> Result<Self, String> {
-        let header = header(&read(&mut file, 0, HEADER_BYTES)?, big)?;
+        let header = header(&mut file, big)?;
         let bytes = index(&mut file, &header)?;
         // Each is a stream of its own.
         let mut stream = Stream::new(&bytes, big);
@@ -138,7 +136,7 @@ impl Manager {
             Some(index) => index.per_bucket,
             None => return Err(format!("is in index {index}, of {n_index}")),
         };
-        let n_byte = self.header.bucket_bytes;
+        let n_byte = self.header.buckets.n_byte;
         let cells = per_bucket.saturating_mul(cell_bits(column)).div_ceil(8);
         if offset.saturating_add(cells) > n_byte {
             return Err(format!(
@@ -160,33 +158,29 @@ impl Manager {
 
     /// Some bytes of a bucket; fewer at the end of the file.
     pub(super) fn read(&mut self, bucket: u64, at: u64, n_byte: u64) -> Result<Vec<u8>, String> {
-        let n_bucket = self.header.n_bucket;
+        let n_bucket = self.header.buckets.n;
         if bucket >= n_bucket {
             return Err(format!("is in bucket {bucket}, of {n_bucket}"));
         }
-        let start = self.header.start(bucket) + at;
+        let start = self.header.buckets.start(bucket) + at;
         read(&mut self.file, start, n_byte)
     }
 
     /// Buckets that there are.
     pub(super) fn n_bucket(&self) -> Result<u64, String> {
         let metadata = self.file.metadata().map_err(|error| error.to_string())?;
-        Ok(metadata.len() / self.header.bucket_bytes)
+        Ok(metadata.len() / self.header.buckets.n_byte)
     }
 
     pub(super) fn bucket_bytes(&self) -> u64 {
-        self.header.bucket_bytes
+        self.header.buckets.n_byte
     }
 }
 
-impl Header {
-    fn start(&self, bucket: u64) -> u64 {
-        HEADER_BYTES + bucket * self.bucket_bytes
-    }
-}
-
-fn header(bytes: &[u8], big: bool) -> Result<Header, String> {
-    let mut stream = Stream::new(bytes, big);
+fn header(file: &mut File, big: bool) -> Result<Header, String> {
+    let n_byte = file.metadata().map_err(|error| error.to_string())?.len();
+    let bytes = read(file, 0, HEADER_BYTES)?;
+    let mut stream = Stream::new(&bytes, big);
     let version = stream.outermost()?.version;
     if version > VERSION {
         return Err(format!(
@@ -196,36 +190,31 @@ fn header(bytes: &[u8], big: bool) -> Result<Header, String> {
     if version >= 3 {
         stream.byte()?;
     }
-    let (bucket_bytes, n_bucket) = (stream.u32()?, stream.u32()?);
-    for _ in 0..3 {
+    let buckets = Buckets::read(&mut stream, n_byte)?;
+    for _ in 0..2 {
         stream.u32()?;
     }
     let (n_link, first) = (stream.u32()?, stream.u32()?);
     let offset = if version >= 2 { stream.u32()? } else { 0 };
     stream.u32()?;
     let (index_bytes, n_index) = (stream.u32()?, stream.u32()?);
-    let header = Header {
-        bucket_bytes: bucket_bytes.into(),
-        n_bucket: n_bucket.into(),
+    Ok(Header {
+        buckets,
         n_link: n_link.into(),
         first: first.into(),
         offset: offset.into(),
         index_bytes: index_bytes.into(),
         n_index,
-    };
-    if header.bucket_bytes <= LINK_BYTES {
-        return Err(format!("its buckets have {bucket_bytes} bytes"));
-    }
-    Ok(header)
+    })
 }
 
 /// The bytes of all indices, bucket by bucket.
 fn index(file: &mut File, header: &Header) -> Result<Vec<u8>, String> {
     if header.offset > 0 {
-        let at = header.start(header.first) + header.offset;
+        let at = header.buckets.start(header.first) + header.offset;
         return read(file, at, header.index_bytes);
     }
-    let per_link = header.bucket_bytes - LINK_BYTES;
+    let per_link = header.buckets.n_byte - LINK_BYTES;
     let (n_byte, n_link) = (header.index_bytes, header.n_link);
     if n_link.saturating_sub(1) * per_link > n_byte || n_link * per_link < n_byte {
         return Err(format!("has indices of {n_byte} bytes in {n_link} buckets"));
@@ -234,7 +223,7 @@ fn index(file: &mut File, header: &Header) -> Result<Vec<u8>, String> {
     let mut bucket = header.first;
     for _ in 0..n_link {
         let n_byte = per_link.min(n_byte - bytes.len() as u64);
-        let link = read(file, header.start(bucket), LINK_BYTES + n_byte)?;
+        let link = read(file, header.buckets.start(bucket), LINK_BYTES + n_byte)?;
         let mut stream = Stream::new(&link, true);
         stream.u32()?;
         bucket = stream.u32()?.into();
@@ -250,7 +239,7 @@ fn rows(stream: &mut Stream, header: &Header) -> Result<Index, String> {
     let per_bucket = u64::from(stream.u32()?);
     stream.u32()?;
     stream.skip()?;
-    if per_bucket > 8 * header.bucket_bytes {
+    if per_bucket > 8 * header.buckets.n_byte {
         return Err(format!(
             "has {per_bucket} rows in a bucket, which have not room there"
         ));
@@ -268,8 +257,8 @@ fn rows(stream: &mut Stream, header: &Header) -> Result<Index, String> {
         }
         next = last.saturating_add(1);
     }
-    match buckets[..n_used].iter().find(|&&at| at >= header.n_bucket) {
-        Some(at) => Err(format!("has rows in bucket {at}, of {}", header.n_bucket)),
+    match buckets[..n_used].iter().find(|&&at| at >= header.buckets.n) {
+        Some(at) => Err(format!("has rows in bucket {at}, of {}", header.buckets.n)),
         None => Ok(Index {
             per_bucket,
             buckets: last_rows.into_iter().zip(buckets).take(n_used).collect(),

@@ -3,15 +3,19 @@
 //! Cells of the same shape are put together to a hypercube, which is cut into tiles; rows are found by a
 //! list of where each run of them ends and in which hypercube it is.
 
+use std::path::Path;
+
 use super::stream::Stream;
 
 /// Most values of a tile: casacore counts its bytes in 32 bits, and writers make tiles of a megabyte or so.
 const MAX_TILE: i64 = 1 << 27;
+/// Most tiles of a hypercube in a file that has not even a byte for each.
+const MAX_UNWRITTEN: u64 = 1 << 24;
 /// Newest layout that is known.
 const VERSION: u32 = 3;
 
-/// Looks through a header.
-pub(super) fn check(header: &[u8]) -> Result<(), String> {
+/// Looks through the header of the manager whose file it is.
+pub(super) fn check(header: &[u8], path: &Path) -> Result<(), String> {
     let mut stream = Stream::new(header, true);
     let kind = stream.outermost()?.name;
     // Those whose cells have one shape say first how they are cut.
@@ -38,7 +42,7 @@ pub(super) fn check(header: &[u8]) -> Result<(), String> {
     stream.text()?;
     stream.u32()?;
     stream.u32()?;
-    let files = files(&mut stream, is_wide)?;
+    let files = files(&mut stream, is_wide, path)?;
     let n_cube = stream.grown(is_wide)?;
     for i in 0..n_cube {
         cube(&mut stream, &files).map_err(|what| format!("hypercube {i}: {what}"))?;
@@ -51,22 +55,23 @@ pub(super) fn check(header: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// Whether each of the files is there.
-fn files(stream: &mut Stream, is_wide: bool) -> Result<Vec<bool>, String> {
+/// How many bytes each of the files has, if it is there.
+fn files(stream: &mut Stream, is_wide: bool, path: &Path) -> Result<Vec<Option<u64>>, String> {
     let mut files = Vec::new();
     for _ in 0..stream.grown(is_wide)? {
-        let is_there = stream.byte()? != 0;
-        if is_there {
+        let mut n_byte = None;
+        if stream.byte()? != 0 {
             let version = stream.u32()?;
-            stream.u32()?;
+            let name = format!("{}_TSM{}", path.display(), stream.u32()?);
             stream.grown(version > 1)?;
+            n_byte = Some(std::fs::metadata(name).map_or(0, |metadata| metadata.len()));
         }
-        files.push(is_there);
+        files.push(n_byte);
     }
     Ok(files)
 }
 
-fn cube(stream: &mut Stream, files: &[bool]) -> Result<(), String> {
+fn cube(stream: &mut Stream, files: &[Option<u64>]) -> Result<(), String> {
     let version = stream.u32()?;
     stream.skip()?;
     stream.byte()?;
@@ -86,13 +91,28 @@ fn cube(stream: &mut Stream, files: &[bool]) -> Result<(), String> {
             "is cut into tiles of {tile:?}, more than {MAX_TILE} values each"
         ));
     }
-    let is_there = usize::try_from(file).is_ok_and(|file| files.get(file) == Some(&true));
     // The first is a pattern for others, and nowhere.
-    let is_pattern = file == -1 && n_axis == 0;
-    if is_there || is_pattern {
+    if file == -1 && n_axis == 0 {
         return Ok(());
     }
-    Err(format!("is in file {file}, which there is not"))
+    let place = usize::try_from(file).unwrap_or(usize::MAX);
+    let Some(&Some(n_byte)) = files.get(place) else {
+        return Err(format!("is in file {file}, which there is not"));
+    };
+    // casacore makes room for a number for each tile.
+    let n_tile = n_tile(&shape, &tile);
+    if n_tile > n_byte.max(MAX_UNWRITTEN) {
+        return Err(format!(
+            "{shape:?} is cut into {n_tile} tiles, in a file of {n_byte} bytes"
+        ));
+    }
+    Ok(())
+}
+
+fn n_tile(shape: &[i64], tile: &[i64]) -> u64 {
+    let along = |(&len, &tile): (&i64, &i64)| len.unsigned_abs().div_ceil(tile.unsigned_abs());
+    let along = shape.iter().zip(tile).map(along);
+    along.fold(1, u64::saturating_mul)
 }
 
 /// Which rows are in which hypercube.
