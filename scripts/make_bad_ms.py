@@ -65,7 +65,15 @@ CASES = {
     "bucket_overfull": ("table.f6", b"Block" + struct.pack("<3I", 1, 1, 29), b"Block" + struct.pack("<3I", 1, 1, 99999),
         "table MAIN: cannot be read (table.f6: index 0: has rows 0 to 99999 in one bucket, which can have 32)"),
     "lock_huge": ("table.lock", struct.pack(">I4s", 133, b"\xbe" * 4), struct.pack(">I4s", 1 << 30, b"\xbe" * 4),
-        "table MAIN: cannot be read (table.lock: announces 1073741824 bytes, has 149)"),
+        "table MAIN: cannot be read (table.lock: what it announces is not there: it is truncated or damaged)"),
+    "lock_list_huge": ("table.lock", b"Block" + struct.pack(">2I", 1, 19), b"Block" + struct.pack(">2I", 1, 1 << 31),
+        "table MAIN: cannot be read (table.lock: announces a list of 2147483648 numbers, which is not there)"),
+    "record_huge": ("table.f4", struct.pack(">I", 10) + b"RecordDesc", struct.pack(">I", 1 << 31) + b"RecordDesc",
+        "table MAIN: cannot be read (table.f4: hypercube 1: keywords: what it announces is not there: it is truncated "
+        "or damaged)"),
+    "indices_huge": ("FIELD/table.f0", struct.pack("<4I", 8, (1 << 32) - 1, 126, 1),
+        struct.pack("<4I", 8, (1 << 32) - 1, 1 << 31, 1),
+        "table FIELD: cannot be read (table.f0: announces 2147483648 bytes of indices, has 2044)"),
 }
 
 

@@ -21,7 +21,7 @@ mod types;
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
+use std::io::Read;
 use std::path::Path;
 
 use columns::Managed;
@@ -66,24 +66,28 @@ fn is_manager(name: &str) -> bool {
     number.is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// casacore makes room for all that a lock file announces, and keeps it if there is less.
+/// What the last process to write has left in the lock file, for others to see whether something has changed.
 fn check_lock(path: &Path) -> Result<(), String> {
-    let mut bytes = [0; 4];
     let Ok(mut file) = File::open(path) else {
         return Ok(());
     };
-    let n_byte = file.metadata().map_or(0, |metadata| metadata.len());
+    let left = stream::read(&mut file, LOCK_LENGTH_AT, MAX_HEADER_BYTES)?;
     // One that is shorter announces nothing.
-    let start = file.seek(SeekFrom::Start(LOCK_LENGTH_AT));
-    if start.and_then(|_| file.read_exact(&mut bytes)).is_err() {
+    if left.len() < 4 {
         return Ok(());
     }
-    let (announced, there) = (
-        u32::from_be_bytes(bytes),
-        n_byte.saturating_sub(LOCK_LENGTH_AT + 4),
-    );
-    if u64::from(announced) > there {
-        return Err(format!("announces {announced} bytes, has {there}"));
+    let mut left = Stream::new(&left, true).part()?;
+    if left.is_empty() {
+        return Ok(());
+    }
+    let version = left.outermost()?.version;
+    left.grown(version > 1)?;
+    let n_column = left.u32()? as i32;
+    left.u32()?;
+    // A table without columns is another program's.
+    if n_column >= 0 {
+        left.u32()?;
+        left.list(false)?;
     }
     Ok(())
 }

@@ -1,12 +1,16 @@
 //! What `table.dat` says of the columns, and of the storage managers that keep them.
 
+use std::ops::RangeInclusive;
+
 use super::keywords;
 use super::stream::Stream;
 use super::types::{TEXT, bits};
 
-/// Newest layouts that are known, of `table.dat` and of its list of managers.
-const TABLE_VERSION: u32 = 3;
-const LIST_VERSION: i32 = 3;
+/// Layouts that are known; those before are of the years before Measurement Sets of version 2.
+const TABLE_VERSIONS: RangeInclusive<u32> = 2..=3;
+const DESCRIPTION_VERSIONS: RangeInclusive<u32> = 2..=2;
+const LIST_VERSIONS: RangeInclusive<u32> = 2..=3;
+const COLUMN_VERSIONS: RangeInclusive<u32> = 2..=2;
 
 /// Options of a column: its arrays are beside the other columns, not in a file of their own.
 const DIRECT: u32 = 1;
@@ -59,32 +63,23 @@ enum Kind {
     Record,
 }
 
-/// All managers; none where the layout is not known.
+/// All managers; none where the table is made of others.
 pub(super) fn read(table_dat: &[u8]) -> Result<Vec<Managed<'_>>, String> {
-    Ok(known(&mut Stream::new(table_dat, true))?.unwrap_or_default())
-}
-
-fn known<'a>(stream: &mut Stream<'a>) -> Result<Option<Vec<Managed<'a>>>, String> {
+    let stream = &mut Stream::new(table_dat, true);
     let version = stream.outermost()?.version;
-    if !(2..=TABLE_VERSION).contains(&version) {
-        return Ok(None);
-    }
+    check_version("table.dat", version, TABLE_VERSIONS)?;
     stream.grown(version > 2)?;
     stream.u32()?;
-    stream.text()?;
-    let Some(described) = description(stream)? else {
-        return Ok(None);
-    };
-    let Some(managers) = managers(stream)? else {
-        return Ok(None);
-    };
-    let mut columns = Vec::new();
-    for described in described {
-        let Some(column) = column(stream, described)? else {
-            return Ok(None);
-        };
-        columns.push(column);
+    if stream.text()? != "PlainTable" {
+        return Ok(Vec::new());
     }
+    let described = description(stream)?;
+    let managers = managers(stream)?;
+    let columns: Result<Vec<_>, _> = described
+        .into_iter()
+        .map(|one| column(stream, one))
+        .collect();
+    let columns = columns?;
     let managed = managers.into_iter().map(|(class, file)| {
         let mine = columns.iter().filter(|(of, _)| *of == file);
         Ok(Managed {
@@ -94,41 +89,44 @@ fn known<'a>(stream: &mut Stream<'a>) -> Result<Option<Vec<Managed<'a>>>, String
             own: stream.part()?,
         })
     });
-    managed.collect::<Result<_, _>>().map(Some)
+    managed.collect()
+}
+
+/// casacore takes what it does not know for what it knows.
+fn check_version(of: &str, version: u32, known: RangeInclusive<u32>) -> Result<(), String> {
+    if known.contains(&version) {
+        return Ok(());
+    }
+    Err(format!(
+        "{of} is of layout {version}, those from {} to {} are known",
+        known.start(),
+        known.end()
+    ))
 }
 
 /// The columns as they are described, in their order.
-fn description(stream: &mut Stream) -> Result<Option<Vec<Described>>, String> {
+fn description(stream: &mut Stream) -> Result<Vec<Described>, String> {
     let table = stream.object()?;
-    // The first layout has no private keywords.
-    if table.version < 2 {
-        return Ok(None);
-    }
+    check_version("the description", table.version, DESCRIPTION_VERSIONS)?;
     for _ in 0..3 {
         stream.text()?;
     }
     keywords::pass(stream)?;
     // Private ones.
     keywords::pass(stream)?;
-    let mut columns = Vec::new();
-    for _ in 0..stream.u32()? {
-        let Some(column) = described(stream)? else {
-            return Ok(None);
-        };
-        columns.push(column);
-    }
+    let columns: Result<_, _> = (0..stream.u32()?).map(|_| described(stream)).collect();
     stream.leave(&table);
-    Ok(Some(columns))
+    columns
 }
 
-fn described(stream: &mut Stream) -> Result<Option<Described>, String> {
+fn described(stream: &mut Stream) -> Result<Described, String> {
     stream.u32()?;
     let class = stream.text()?;
     let kind = match class.split('<').next() {
         Some("ScalarColumnDesc") => Kind::Scalar,
         Some("ArrayColumnDesc") => Kind::Array,
         Some("ScalarRecordColumnDesc") => Kind::Record,
-        _ => return Ok(None),
+        _ => return Err(format!("a column is of class {class}, which is not known")),
     };
     stream.u32()?;
     let name = stream.text()?;
@@ -147,47 +145,43 @@ fn described(stream: &mut Stream) -> Result<Option<Described>, String> {
     match kind {
         // The value of cells that nobody has written.
         Kind::Scalar if data_type == TEXT => drop(stream.text()?),
-        Kind::Scalar => match bits(data_type) {
-            Some(bits) => stream.pass(bits.div_ceil(8))?,
-            None => return Ok(None),
-        },
+        Kind::Scalar => {
+            let bits = bits(data_type).ok_or_else(|| {
+                format!("column {name} is of type {data_type}, which is not known")
+            })?;
+            stream.pass(bits.div_ceil(8))?;
+        }
         Kind::Array => drop(stream.byte()?),
         Kind::Record => {}
     }
-    Ok(Some(Described {
+    Ok(Described {
         name,
         kind,
         data_type,
         options,
         max_length,
-    }))
+    })
 }
 
 /// Kinds of the managers and the numbers of their files, in their order.
-fn managers(stream: &mut Stream) -> Result<Option<Vec<(String, u32)>>, String> {
-    // Negative, but in old files.
-    let version = (stream.u32()? as i32).saturating_neg();
-    if !(1..=LIST_VERSION).contains(&version) {
-        return Ok(None);
-    }
+fn managers(stream: &mut Stream) -> Result<Vec<(String, u32)>, String> {
+    // Negative, so that it is no number of rows, with which the first layout began.
+    let version = (stream.u32()? as i32).wrapping_neg() as u32;
+    check_version("the list of storage managers", version, LIST_VERSIONS)?;
     stream.grown(version > 2)?;
     if version > 2 {
         stream.u64()?;
     }
     stream.u32()?;
-    let mut managers = Vec::new();
-    for _ in 0..stream.u32()? {
-        managers.push((stream.text()?, stream.u32()?));
-    }
-    Ok(Some(managers))
+    let n = stream.u32()?;
+    (0..n)
+        .map(|_| Ok((stream.text()?, stream.u32()?)))
+        .collect()
 }
 
 /// The number of a column's manager, and how that keeps it.
-fn column(stream: &mut Stream, described: Described) -> Result<Option<(u32, Column)>, String> {
-    // The first layout has keywords here.
-    if stream.u32()? < 2 {
-        return Ok(None);
-    }
+fn column(stream: &mut Stream, described: Described) -> Result<(u32, Column), String> {
+    check_version("a column", stream.u32()?, COLUMN_VERSIONS)?;
     stream.text()?;
     stream.u32()?;
     let manager = stream.u32()?;
@@ -211,7 +205,7 @@ fn column(stream: &mut Stream, described: Described) -> Result<Option<(u32, Colu
         held,
         max_length: described.max_length,
     };
-    Ok(Some((manager, column)))
+    Ok((manager, column))
 }
 
 fn elements(shape: &[i64]) -> Option<u64> {

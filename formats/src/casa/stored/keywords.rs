@@ -1,4 +1,4 @@
-//! Keywords of tables and columns: values, arrays of them, and records of more.
+//! Keywords of tables, columns and storage managers: values, arrays of them, and records of more.
 
 use super::stream::Stream;
 use super::types::{RECORD, TABLE, TEXT, bits, element};
@@ -22,7 +22,7 @@ pub(super) fn pass(stream: &mut Stream) -> Result<(), String> {
 fn record(stream: &mut Stream, depth: usize) -> Result<(), String> {
     let object = stream.object()?;
     // Those of old tables are of other classes.
-    if object.name == "TableRecord" {
+    if ["TableRecord", "Record"].contains(&object.name.as_str()) {
         let fields = description(stream, depth)?;
         stream.u32()?;
         values(stream, &fields, depth)?;

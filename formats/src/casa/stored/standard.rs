@@ -210,12 +210,18 @@ fn header(file: &mut File, big: bool) -> Result<Header, String> {
 
 /// The bytes of all indices, bucket by bucket.
 fn index(file: &mut File, header: &Header) -> Result<Vec<u8>, String> {
+    let (n_byte, n_link) = (header.index_bytes, header.n_link);
     if header.offset > 0 {
         let at = header.buckets.start(header.first) + header.offset;
-        return read(file, at, header.index_bytes);
+        let bytes = read(file, at, n_byte)?;
+        return match bytes.len() as u64 {
+            there if there < n_byte => {
+                Err(format!("announces {n_byte} bytes of indices, has {there}"))
+            }
+            _ => Ok(bytes),
+        };
     }
     let per_link = header.buckets.n_byte - LINK_BYTES;
-    let (n_byte, n_link) = (header.index_bytes, header.n_link);
     if n_link.saturating_sub(1) * per_link > n_byte || n_link * per_link < n_byte {
         return Err(format!("has indices of {n_byte} bytes in {n_link} buckets"));
     }
@@ -227,6 +233,7 @@ fn index(file: &mut File, header: &Header) -> Result<Vec<u8>, String> {
         let mut stream = Stream::new(&link, true);
         stream.u32()?;
         bucket = stream.u32()?.into();
+        stream.pass(n_byte)?;
         bytes.extend(&link[LINK_BYTES as usize..]);
     }
     Ok(bytes)

@@ -43,6 +43,10 @@ impl<'a> Stream<'a> {
         Ok(taken)
     }
 
+    pub(super) fn is_empty(&self) -> bool {
+        self.rest.is_empty()
+    }
+
     /// Passes over bytes.
     pub(super) fn pass(&mut self, n: u64) -> Result<(), String> {
         self.bytes(usize::try_from(n).unwrap_or(usize::MAX))

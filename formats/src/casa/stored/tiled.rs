@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use super::keywords;
 use super::stream::Stream;
 
 /// Most values of a tile: casacore counts its bytes in 32 bits, and writers make tiles of a megabyte or so.
@@ -73,7 +74,7 @@ fn files(stream: &mut Stream, is_wide: bool, path: &Path) -> Result<Vec<Option<u
 
 fn cube(stream: &mut Stream, files: &[Option<u64>]) -> Result<(), String> {
     let version = stream.u32()?;
-    stream.skip()?;
+    keywords::pass(stream)?;
     stream.byte()?;
     let n_axis = stream.u32()? as usize;
     let (shape, tile) = (stream.shape()?, stream.shape()?);
