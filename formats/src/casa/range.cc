@@ -4,6 +4,7 @@
 // wanted, which whoever asks may look into cell by cell; 2 if casacore threw, with its words in `error`.
 
 #include <casacore/tables/Tables.h>
+#include <casacore/tables/Tables/TableAttr.h>
 
 #include <cstdint>
 #include <cstring>
@@ -113,6 +114,24 @@ void vis2cat_table_close(void *table)
     } catch (...) {
         // It was only read.
     }
+}
+
+// Writes where the table is that the keyword `name` names.
+int vis2cat_table_named(const void *table, const char *name, char *path, char *error, size_t len)
+{
+    return guarded(error, len, [&]() -> int {
+        const TableRecord &keywords = static_cast<const Table *>(table)->keywordSet();
+        const Int field = keywords.fieldNumber(name);
+        if (field < 0 || keywords.dataType(field) != TpTable) {
+            return IRREGULAR;
+        }
+        const String found = keywords.tableAttributes(field).name();
+        if (found.length() >= len) {
+            return IRREGULAR;
+        }
+        std::memcpy(path, found.c_str(), found.length() + 1);
+        return FINE;
+    });
 }
 
 // Reads the cells `row` to `row + n_row` of a column into `out`. `axes` has the shape of a cell, fastest

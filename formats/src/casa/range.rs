@@ -6,17 +6,27 @@
 
 #![allow(unsafe_code)]
 
-use std::ffi::{CStr, CString, c_char, c_int, c_void};
-use std::path::Path;
+use std::ffi::{CStr, CString, OsStr, c_char, c_int, c_void};
+use std::os::unix::ffi::OsStrExt;
+use std::path::{Path, PathBuf};
 
 use super::cell::Value;
 use super::lock;
 
 const WORDS: usize = 512;
+/// Longer than any path.
+const PATH: usize = 8192;
 
 unsafe extern "C" {
     fn vis2cat_table_open(path: *const c_char, error: *mut c_char, len: usize) -> *mut c_void;
     fn vis2cat_table_close(table: *mut c_void);
+    fn vis2cat_table_named(
+        table: *const c_void,
+        name: *const c_char,
+        path: *mut c_char,
+        error: *mut c_char,
+        len: usize,
+    ) -> c_int;
     fn vis2cat_table_range(
         table: *const c_void,
         column: *const c_char,
@@ -61,6 +71,25 @@ impl Ranges {
             return Err(said(&error));
         }
         Ok(Self { table })
+    }
+
+    /// Where the table is that a keyword names; nothing if there is no such keyword.
+    pub(super) fn named(&self, keyword: &CStr) -> Option<PathBuf> {
+        let (mut path, mut error) = ([0; PATH], [0; PATH]);
+        let _alone = lock();
+        // SAFETY: the table is open; path and error have the length told, and will end in a zero.
+        let code = unsafe {
+            vis2cat_table_named(
+                self.table,
+                keyword.as_ptr(),
+                path.as_mut_ptr(),
+                error.as_mut_ptr(),
+                PATH,
+            )
+        };
+        // SAFETY: it was filled with zeros, and the last is never written to.
+        let path = unsafe { CStr::from_ptr(path.as_ptr()) };
+        (code == 0).then(|| PathBuf::from(OsStr::from_bytes(path.to_bytes())))
     }
 
     /// Fills `out` with the cells from `row` on, each of the shape `shape`, slowest axis first.

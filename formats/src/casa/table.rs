@@ -89,6 +89,21 @@ impl Table {
         })
     }
 
+    /// The directory in which the subtables are: the main table's, or, where that refers to rows of another set, as
+    /// a selection does, that of the other.
+    pub(crate) fn home(&self) -> Result<PathBuf, ReadError> {
+        if self.root.join("ANTENNA").is_dir() {
+            return Ok(self.root.clone());
+        }
+        let other = self.ranges.named(c"ANTENNA");
+        let Some(home) = other.as_deref().and_then(Path::parent) else {
+            return Err(self.malformed("has no subtables: there is no table ANTENNA"));
+        };
+        // Its rows are read from there, too.
+        stored::check(home).map_err(|what| self.malformed(unreadable(&what)))?;
+        Ok(home.to_owned())
+    }
+
     /// Whether there is a column of that name.
     pub(crate) fn has(&self, column: &str) -> bool {
         self.columns.contains(column)

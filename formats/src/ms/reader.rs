@@ -74,16 +74,17 @@ impl MsReader {
         }
         let mut warnings = Vec::new();
         let first = main.scalar("DATA_DESC_ID", 0)?;
+        let home = main.home()?;
         let tables = Tables {
-            antennas: Antennas::read(path)?,
-            fields: Fields::read(path)?,
-            windows: Windows::read(path, first, spws, &mut warnings)?,
+            antennas: Antennas::read(&home)?,
+            fields: Fields::read(&home)?,
+            windows: Windows::read(&home, first, spws, &mut warnings)?,
         };
         let samples = Samples {
             data: columns::data(&mut main, data_column)?,
             weights: Weights::choose(&mut main)?,
         };
-        let mut observation = describe(path, &mut main, &mut warnings)?;
+        let mut observation = describe(&home, &mut main, &mut warnings)?;
         observation.antennas.clone_from(&tables.antennas.list);
         observation.fields.clone_from(&tables.fields.list);
         observation.freq_setups.clone_from(&tables.windows.setups);
