@@ -6,13 +6,14 @@
 //! made of; of anything that is not known here, nothing is said.
 //!
 //! # Source
-//! casacore 3.5: AipsIO, TableDesc, TableRecord, PlainTable, ColumnSet, TiledStMan, TiledShapeStMan, TSMCube, SSMBase,
-//! SSMIndex, SSMStringHandler, ISMBase, ISMBucket, LockFile.
+//! casacore 3.5: AipsIO, TableDesc, TableRecord, PlainTable, RefTable, ConcatTable, ColumnSet, TiledStMan,
+//! TiledShapeStMan, TSMCube, SSMBase, SSMIndex, SSMStringHandler, ISMBase, ISMBucket, LockFile, TableSyncData.
 
 mod buckets;
 mod columns;
 mod incremental;
 mod keywords;
+mod others;
 mod standard;
 mod stream;
 mod texts;

@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use super::keywords;
+use super::others;
 use super::stream::Stream;
 use super::types::{TEXT, bits};
 
@@ -68,11 +69,18 @@ pub(super) fn read(table_dat: &[u8]) -> Result<Vec<Managed<'_>>, String> {
     let stream = &mut Stream::new(table_dat, true);
     let version = stream.outermost()?.version;
     check_version("table.dat", version, TABLE_VERSIONS)?;
-    stream.grown(version > 2)?;
+    let n_row = stream.grown(version > 2)?;
     stream.u32()?;
-    if stream.text()? != "PlainTable" {
-        return Ok(Vec::new());
+    match stream.text()?.as_str() {
+        "PlainTable" => managed(stream),
+        "RefTable" => others::check_selection(stream, n_row).map(|()| Vec::new()),
+        "ConcatTable" => others::check_concatenation(stream).map(|()| Vec::new()),
+        // casacore knows no other, and says so.
+        _ => Ok(Vec::new()),
     }
+}
+
+fn managed<'a>(stream: &mut Stream<'a>) -> Result<Vec<Managed<'a>>, String> {
     let described = description(stream)?;
     let managers = managers(stream)?;
     let columns: Result<Vec<_>, _> = described

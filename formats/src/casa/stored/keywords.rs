@@ -74,7 +74,8 @@ fn values(stream: &mut Stream, fields: &[Field], depth: usize) -> Result<(), Str
     Ok(())
 }
 
-fn array(stream: &mut Stream, element: u32) -> Result<(), String> {
+/// Passes over an array of values of a type.
+pub(super) fn array(stream: &mut Stream, element: u32) -> Result<(), String> {
     let has_origin = stream.object()?.version < 3;
     let n_axis = stream.u32()?;
     if has_origin {
@@ -100,27 +101,8 @@ fn array(stream: &mut Stream, element: u32) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::stream::made::{numbers, object, text};
     use super::*;
-
-    /// An object with a name and what is in it.
-    fn object(name: &str, inside: &[u8]) -> Vec<u8> {
-        let mut bytes = text(name);
-        bytes.extend([0, 0, 0, 2]);
-        bytes.extend(inside);
-        let n_byte = (bytes.len() + 4) as u32;
-        [&n_byte.to_be_bytes()[..], &bytes].concat()
-    }
-
-    fn text(text: &str) -> Vec<u8> {
-        [&(text.len() as u32).to_be_bytes()[..], text.as_bytes()].concat()
-    }
-
-    fn numbers(numbers: &[u32]) -> Vec<u8> {
-        numbers
-            .iter()
-            .flat_map(|number| number.to_be_bytes())
-            .collect()
-    }
 
     /// A text, and an array of two texts with an origin.
     fn keywords(shape: u32, length: u32) -> Vec<u8> {

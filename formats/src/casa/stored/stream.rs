@@ -165,6 +165,30 @@ impl<'a> Stream<'a> {
     }
 }
 
+/// For tests: bytes as casacore would write them.
+#[cfg(test)]
+pub(super) mod made {
+    /// An object with a name and what is in it.
+    pub(in super::super) fn object(name: &str, inside: &[u8]) -> Vec<u8> {
+        let mut bytes = text(name);
+        bytes.extend([0, 0, 0, 2]);
+        bytes.extend(inside);
+        let n_byte = (bytes.len() + 4) as u32;
+        [&n_byte.to_be_bytes()[..], &bytes].concat()
+    }
+
+    pub(in super::super) fn text(text: &str) -> Vec<u8> {
+        [&(text.len() as u32).to_be_bytes()[..], text.as_bytes()].concat()
+    }
+
+    pub(in super::super) fn numbers(numbers: &[u32]) -> Vec<u8> {
+        numbers
+            .iter()
+            .flat_map(|number| number.to_be_bytes())
+            .collect()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
