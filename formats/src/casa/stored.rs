@@ -25,7 +25,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use columns::Managed;
+use columns::{Made, Managed};
 use stream::Stream;
 
 /// Bytes in which the name of a manager must stand.
@@ -33,12 +33,38 @@ const START_BYTES: u64 = 64;
 /// Headers that are longer than this are left to casacore.
 const MAX_HEADER_BYTES: u64 = 1 << 28;
 
+/// Tables of tables: a selection of a selection of some that are put together is three deep.
+const MAX_DEPTH: usize = 16;
+
 /// Where a lock file says how long what follows is: after the processes that wait for the lock.
 const LOCK_LENGTH_AT: u64 = 260;
 
 /// Looks into `table.dat`, the files of storage managers, and the lock; what is wrong is told in words.
 pub(super) fn check(folder: &Path) -> Result<(), String> {
+    check_made(folder, 0)
+}
+
+/// The table and those that it is made of.
+fn check_made(folder: &Path, depth: usize) -> Result<(), String> {
     check_lock(&folder.join("table.lock")).map_err(|what| format!("table.lock: {what}"))?;
+    let table_dat = std::fs::read(folder.join("table.dat")).map_err(|error| error.to_string())?;
+    match columns::read(&table_dat).map_err(|what| format!("table.dat: {what}"))? {
+        Made::Columns(managed) => check_files(folder, managed),
+        Made::Others(_) if depth >= MAX_DEPTH => Err(format!(
+            "is made of tables of tables, more than {MAX_DEPTH} deep"
+        )),
+        Made::Others(names) => names.iter().try_for_each(|name| {
+            let other = others::place(folder, name);
+            // One that is not there is casacore's to complain of.
+            if !other.join("table.dat").is_file() {
+                return Ok(());
+            }
+            check_made(&other, depth + 1).map_err(|what| format!("{}: {what}", other.display()))
+        }),
+    }
+}
+
+fn check_files(folder: &Path, managed: Vec<Managed>) -> Result<(), String> {
     // A folder that cannot be listed is casacore's to complain of.
     let Ok(entries) = folder.read_dir() else {
         return Ok(());
@@ -48,10 +74,8 @@ pub(super) fn check(folder: &Path) -> Result<(), String> {
         .filter(|name| is_manager(name))
         .collect();
     names.sort();
-    let table_dat = std::fs::read(folder.join("table.dat")).map_err(|error| error.to_string())?;
-    let mut managed: BTreeMap<String, Managed> = columns::read(&table_dat)
-        .map_err(|what| format!("table.dat: {what}"))?
-        .into_iter()
+    let named = managed.into_iter();
+    let mut managed: BTreeMap<String, Managed> = named
         .map(|managed| (format!("table.f{}", managed.file), managed))
         .collect();
     for name in names {

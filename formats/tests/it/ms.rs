@@ -256,6 +256,33 @@ fn baselines_turned_round_are_told() {
     assert_eq!(found.uvw_m_r, rows.uvw_m_r);
 }
 
+/// `table.dat` of a table that is the set beside it twice, as casacore 3.5 wrote it.
+const TWICE: &[&[u8]] = &[
+    b"\xbe\xbe\xbe\xbe\0\0\0\x7a\0\0\0\x05Table\0\0\0\x02\0\0\0\x3c\0\0\0\0",
+    b"\0\0\0\x0bConcatTable\0\0\0\x52\0\0\0\x0bConcatTable\0\0\0\0\0\0\0\x02",
+    b"\0\0\0\x0d./ms_small.ms\0\0\0\x0d./ms_small.ms",
+    b"\0\0\0\x15\0\0\0\x05Block\0\0\0\x01\0\0\0\0",
+];
+
+#[test]
+fn sets_may_be_put_together_without_their_rows() {
+    let set = good("small");
+    let twice = set.path.with_file_name("twice.ms");
+    std::fs::create_dir(&twice).unwrap();
+    std::fs::write(twice.join("table.dat"), TWICE.concat()).unwrap();
+    let (_, once) = read(&set.path, 100).unwrap();
+    let (observation, found) = read(&twice, 100).unwrap();
+    assert_eq!(observation.antennas.len(), 4);
+    assert_eq!(found.n_row, 2 * once.n_row);
+    assert_eq!(found.vis_jy_rfp, [&once.vis_jy_rfp[..]; 2].concat());
+
+    // casacore would not see that.
+    let manager = std::fs::read(set.path.join("table.f9")).unwrap();
+    std::fs::write(set.path.join("table.f9"), &manager[..20]).unwrap();
+    let error = read(&twice, 100).unwrap_err().to_string();
+    assert!(error.contains("ms_small.ms: table.f9: "), "{error}");
+}
+
 #[test]
 fn the_sizes_of_chunks_make_no_difference() {
     let shape = Shape {

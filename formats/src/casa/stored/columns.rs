@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use super::keywords;
 use super::others;
-use super::stream::Stream;
+use super::stream::{Stream, check_version};
 use super::types::{TEXT, bits};
 
 /// Layouts that are known; those before are of the years before Measurement Sets of version 2.
@@ -64,19 +64,27 @@ enum Kind {
     Record,
 }
 
-/// All managers; none where the table is made of others.
-pub(super) fn read(table_dat: &[u8]) -> Result<Vec<Managed<'_>>, String> {
+/// What a table is made of.
+#[derive(Debug)]
+pub(super) enum Made<'a> {
+    /// Columns that storage managers keep.
+    Columns(Vec<Managed<'a>>),
+    /// Other tables, by their names.
+    Others(Vec<String>),
+}
+
+/// Looks through `table.dat`.
+pub(super) fn read(table_dat: &[u8]) -> Result<Made<'_>, String> {
     let stream = &mut Stream::new(table_dat, true);
-    let version = stream.outermost()?.version;
-    check_version("table.dat", version, TABLE_VERSIONS)?;
+    let version = stream.outermost()?.known(TABLE_VERSIONS)?;
     let n_row = stream.grown(version > 2)?;
     stream.u32()?;
     match stream.text()?.as_str() {
-        "PlainTable" => managed(stream),
-        "RefTable" => others::check_selection(stream, n_row).map(|()| Vec::new()),
-        "ConcatTable" => others::check_concatenation(stream).map(|()| Vec::new()),
+        "PlainTable" => managed(stream).map(Made::Columns),
+        "RefTable" => others::selection(stream, n_row).map(|name| Made::Others(vec![name])),
+        "ConcatTable" => others::concatenation(stream).map(Made::Others),
         // casacore knows no other, and says so.
-        _ => Ok(Vec::new()),
+        _ => Ok(Made::Others(Vec::new())),
     }
 }
 
@@ -100,22 +108,10 @@ fn managed<'a>(stream: &mut Stream<'a>) -> Result<Vec<Managed<'a>>, String> {
     managed.collect()
 }
 
-/// casacore takes what it does not know for what it knows.
-fn check_version(of: &str, version: u32, known: RangeInclusive<u32>) -> Result<(), String> {
-    if known.contains(&version) {
-        return Ok(());
-    }
-    Err(format!(
-        "{of} is of layout {version}, those from {} to {} are known",
-        known.start(),
-        known.end()
-    ))
-}
-
 /// The columns as they are described, in their order.
 fn description(stream: &mut Stream) -> Result<Vec<Described>, String> {
     let table = stream.object()?;
-    check_version("the description", table.version, DESCRIPTION_VERSIONS)?;
+    table.known(DESCRIPTION_VERSIONS)?;
     for _ in 0..3 {
         stream.text()?;
     }

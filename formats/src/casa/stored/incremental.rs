@@ -12,6 +12,8 @@ use super::types::{TEXT, bits};
 
 /// Newest layout that is known.
 const VERSION: u32 = 5;
+/// An index has some 12 bytes for each bucket, of which most have 32 kilobytes.
+const MAX_INDEX_BYTES: u64 = 1 << 28;
 /// casacore has 28 bits for a place in a bucket; the rest tells that row numbers are of 64 bits.
 const PLACE_BITS: u32 = 28;
 /// Bytes of the place of the index, with which a bucket begins.
@@ -21,7 +23,7 @@ const START_BYTES: usize = 4;
 pub(super) fn check(mut file: File, big: bool, managed: &Managed) -> Result<(), String> {
     let n_byte = file.metadata().map_err(|error| error.to_string())?.len();
     let all = header(&read(&mut file, 0, HEADER_BYTES)?, big, n_byte)?;
-    let index = read(&mut file, all.start(all.n), u64::MAX)?;
+    let index = read(&mut file, all.start(all.n), MAX_INDEX_BYTES)?;
     for bucket in used(&index, big, all.n)? {
         let bytes = read(&mut file, all.start(bucket), all.n_byte)?;
         check_bucket(&bytes, big, &managed.columns)
@@ -32,12 +34,7 @@ pub(super) fn check(mut file: File, big: bool, managed: &Managed) -> Result<(), 
 
 fn header(bytes: &[u8], big: bool, file_bytes: u64) -> Result<Buckets, String> {
     let mut stream = Stream::new(bytes, big);
-    let version = stream.outermost()?.version;
-    if version > VERSION {
-        return Err(format!(
-            "is of layout {version}, {VERSION} is the newest known"
-        ));
-    }
+    let version = stream.outermost()?.known(0..=VERSION)?;
     if version >= 5 {
         stream.byte()?;
     }

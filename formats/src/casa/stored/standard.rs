@@ -181,12 +181,7 @@ fn header(file: &mut File, big: bool) -> Result<Header, String> {
     let n_byte = file.metadata().map_err(|error| error.to_string())?.len();
     let bytes = read(file, 0, HEADER_BYTES)?;
     let mut stream = Stream::new(&bytes, big);
-    let version = stream.outermost()?.version;
-    if version > VERSION {
-        return Err(format!(
-            "is of layout {version}, {VERSION} is the newest known"
-        ));
-    }
+    let version = stream.outermost()?.known(0..=VERSION)?;
     if version >= 3 {
         stream.byte()?;
     }

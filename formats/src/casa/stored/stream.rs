@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
+use std::ops::RangeInclusive;
 
 /// Stands before the outermost object.
 pub(super) const MAGIC: u32 = 0xbebe_bebe;
@@ -12,6 +13,22 @@ pub(super) fn read(file: &mut File, at: u64, n_byte: u64) -> Result<Vec<u8>, Str
     let found = file.seek(SeekFrom::Start(at));
     let found = found.and_then(|_| file.take(n_byte).read_to_end(&mut bytes));
     found.map(|_| bytes).map_err(|error| error.to_string())
+}
+
+/// casacore takes what it does not know for what it knows.
+pub(super) fn check_version(
+    of: &str,
+    version: u32,
+    known: RangeInclusive<u32>,
+) -> Result<(), String> {
+    if known.contains(&version) {
+        return Ok(());
+    }
+    Err(format!(
+        "{of} is of layout {version}, those from {} to {} are known",
+        known.start(),
+        known.end()
+    ))
 }
 
 /// What is left of some bytes. Errors are words for what is wrong with them.
@@ -29,6 +46,13 @@ pub(super) struct Object<'a> {
     pub(super) version: u32,
     /// What comes after it.
     after: &'a [u8],
+}
+
+impl Object<'_> {
+    /// Its layout, if it is one of those.
+    pub(super) fn known(&self, known: RangeInclusive<u32>) -> Result<u32, String> {
+        check_version(&self.name, self.version, known).map(|()| self.version)
+    }
 }
 
 impl<'a> Stream<'a> {

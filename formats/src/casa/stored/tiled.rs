@@ -24,14 +24,12 @@ pub(super) fn check(header: &[u8], path: &Path) -> Result<(), String> {
         stream.shape()?;
     }
     let manager = stream.object()?;
-    if manager.name != "TiledStMan" || manager.version > VERSION {
-        let version = manager.version;
-        return Err(format!(
-            "is of layout {version}, {VERSION} is the newest known"
-        ));
+    if manager.name != "TiledStMan" {
+        return Err(format!("has a {} where a TiledStMan must be", manager.name));
     }
-    let is_wide = manager.version >= 3;
-    if manager.version >= 2 {
+    let version = manager.known(0..=VERSION)?;
+    let is_wide = version >= 3;
+    if version >= 2 {
         stream.byte()?;
     }
     stream.u32()?;
