@@ -77,6 +77,21 @@ fn pyuvdata_reads_what_we_read_and_write_as_measurement_sets() {
     check_with("casacore", "scripts/check_ms.py", &files);
 }
 
+/// What is looked through before casacore reads it: see `scripts/check_tables.py`.
+#[test]
+fn no_table_that_casacore_writes_is_taken_for_a_damaged_one() {
+    let Some(python) = python_with("casacore") else {
+        return;
+    };
+    let program = Path::new(env!("CARGO_BIN_EXE_vis2cat"));
+    let args = ["--seeds", "0", "40", "--program"].map(Path::new);
+    run(
+        &python,
+        "scripts/check_tables.py",
+        &[&args[..], &[program]].concat(),
+    );
+}
+
 /// Parts and averages of a file as pyuvdata makes them: see `scripts/check_convert.py`.
 #[test]
 fn pyuvdata_selects_and_averages_as_we_do() {
