@@ -60,6 +60,14 @@ CASES = {
     "tiles_huge": ("table.f4", struct.pack(">3i", 2, 2, 30), struct.pack(">3i", 2, 1 << 30, 30),
         "table MAIN: cannot be read (table.f4: hypercube 1: [1073741824, 30] is cut into 536870912 tiles, in a file "
         "of 131072 bytes)"),
+    "array_nowhere": ("table.f5", struct.pack("<2Q", 16, 64), struct.pack("<2Q", 16, 1 << 63),
+        "table MAIN: cannot be read (table.f5: column DATA: row 1: an array is at byte 9223372036854775808 of its file, "
+        "which has 2892)"),
+    "manager_unnamed": ("table.f3", struct.pack(">I", 15) + b"TiledShape", struct.pack(">I", 15 << 16) + b"TiledShape",
+        "table MAIN: cannot be read (table.f3: does not begin as that of a TiledShapeStMan does: it is truncated or "
+        "damaged)"),
+    "manager_silent": ("table.dat", struct.pack(">I", 3) + b"ISM", struct.pack(">I", 1 << 31) + b"ISM",
+        "table MAIN: cannot be read (table.f20: what it announces is not there: it is truncated or damaged)"),
     "index_short": ("table.f6", b"SSMIndex" + struct.pack("<2I", 1, 1), b"SSMIndex" + struct.pack("<2I", 1, 1 << 24),
         "table MAIN: cannot be read (table.f6: index 0: has not the 16777216 buckets that it announces)"),
     "bucket_overfull": ("table.f6", b"Block" + struct.pack("<3I", 1, 1, 29), b"Block" + struct.pack("<3I", 1, 1, 99999),

@@ -9,6 +9,7 @@
 //! casacore 3.5: AipsIO, TableDesc, TableRecord, PlainTable, RefTable, ConcatTable, ColumnSet, TiledStMan,
 //! TiledShapeStMan, TSMCube, SSMBase, SSMIndex, SSMStringHandler, ISMBase, ISMBucket, LockFile, TableSyncData.
 
+mod arrays;
 mod buckets;
 mod columns;
 mod incremental;
@@ -20,9 +21,7 @@ mod texts;
 mod tiled;
 mod types;
 
-use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use columns::{Made, Managed};
@@ -49,7 +48,10 @@ fn check_made(folder: &Path, depth: usize) -> Result<(), String> {
     check_lock(&folder.join("table.lock")).map_err(|what| format!("table.lock: {what}"))?;
     let table_dat = std::fs::read(folder.join("table.dat")).map_err(|error| error.to_string())?;
     match columns::read(&table_dat).map_err(|what| format!("table.dat: {what}"))? {
-        Made::Columns(managed) => check_files(folder, managed),
+        Made::Columns(managed) => managed.into_iter().try_for_each(|managed| {
+            let name = format!("table.f{}", managed.file);
+            check_file(&folder.join(&name), &managed).map_err(|what| format!("{name}: {what}"))
+        }),
         Made::Others(_) if depth >= MAX_DEPTH => Err(format!(
             "is made of tables of tables, more than {MAX_DEPTH} deep"
         )),
@@ -64,39 +66,12 @@ fn check_made(folder: &Path, depth: usize) -> Result<(), String> {
     }
 }
 
-fn check_files(folder: &Path, managed: Vec<Managed>) -> Result<(), String> {
-    // A folder that cannot be listed is casacore's to complain of.
-    let Ok(entries) = folder.read_dir() else {
-        return Ok(());
-    };
-    let mut names: Vec<String> = entries
-        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
-        .filter(|name| is_manager(name))
-        .collect();
-    names.sort();
-    let named = managed.into_iter();
-    let mut managed: BTreeMap<String, Managed> = named
-        .map(|managed| (format!("table.f{}", managed.file), managed))
-        .collect();
-    for name in names {
-        check_file(&folder.join(&name), managed.remove(&name))
-            .map_err(|what| format!("{name}: {what}"))?;
-    }
-    Ok(())
-}
-
-/// `table.f` and a number.
-fn is_manager(name: &str) -> bool {
-    let number = name.strip_prefix("table.f");
-    number.is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
-}
-
 /// What the last process to write has left in the lock file, for others to see whether something has changed.
 fn check_lock(path: &Path) -> Result<(), String> {
-    let Ok(mut file) = File::open(path) else {
+    let Ok(file) = File::open(path) else {
         return Ok(());
     };
-    let left = stream::read(&mut file, LOCK_LENGTH_AT, MAX_HEADER_BYTES)?;
+    let left = stream::read(&file, LOCK_LENGTH_AT, MAX_HEADER_BYTES)?;
     // One that is shorter announces nothing.
     if left.len() < 4 {
         return Ok(());
@@ -117,32 +92,38 @@ fn check_lock(path: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Looks through a file of a manager, whose columns are known if the layout of `table.dat` is.
-fn check_file(path: &Path, managed: Option<Managed>) -> Result<(), String> {
-    let words = |error: std::io::Error| error.to_string();
-    let mut file = File::open(path).map_err(words)?;
-    let n_byte = file.metadata().map_err(words)?.len();
-    let mut bytes = Vec::new();
-    (file.by_ref().take(START_BYTES))
-        .read_to_end(&mut bytes)
-        .map_err(words)?;
-    // The order of bytes is the table's in some files, and the same for all tables in others.
-    let named = |big| Some((Stream::new(&bytes, big).outermost().ok()?.name, big));
-    let Some((name, big)) = [true, false].into_iter().find_map(named) else {
-        if bytes.starts_with(&stream::MAGIC.to_be_bytes()) {
-            return Err("does not say which manager it is of: it is truncated or damaged".into());
-        }
+/// Looks through the file of a manager, if there is one and its layout is known.
+fn check_file(path: &Path, managed: &Managed) -> Result<(), String> {
+    let class = managed.class.as_str();
+    let is_tiled = class.starts_with("Tiled");
+    let is_known = is_tiled || ["StandardStMan", "IncrementalStMan"].contains(&class);
+    let Some(file) = File::open(path).ok().filter(|_| is_known) else {
         return Ok(());
     };
-    let managed = managed.filter(|managed| managed.class == name);
-    match (name.as_str(), managed) {
-        ("StandardStMan", managed) => standard::check(file, big, managed),
-        ("IncrementalStMan", Some(managed)) => incremental::check(file, big, &managed),
-        (name, _) if name.starts_with("Tiled") && big && n_byte <= MAX_HEADER_BYTES => {
-            file.read_to_end(&mut bytes).map_err(words)?;
-            tiled::check(&bytes, path)
+    let start = stream::read(&file, 0, START_BYTES)?;
+    // The order of bytes is the table's in some files, and the same for all tables in others.
+    let orders: &[bool] = if is_tiled { &[true] } else { &[true, false] };
+    let begins = |big| {
+        Stream::new(&start, big)
+            .outermost()
+            .is_ok_and(|object| object.name == class)
+    };
+    let Some(big) = orders.iter().copied().find(|&big| begins(big)) else {
+        return Err(format!(
+            "does not begin as that of a {class} does: it is truncated or damaged"
+        ));
+    };
+    match class {
+        "StandardStMan" => standard::check(path, file, big, managed),
+        "IncrementalStMan" => incremental::check(path, &file, big, managed),
+        _ => {
+            let header = stream::read(&file, 0, MAX_HEADER_BYTES)?;
+            // Longer ones are casacore's.
+            if header.len() as u64 == MAX_HEADER_BYTES {
+                return Ok(());
+            }
+            tiled::check(&header, path)
         }
-        _ => Ok(()),
     }
 }
 
@@ -151,27 +132,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_of_managers_are_known_by_their_names() {
-        assert!(is_manager("table.f0") && is_manager("table.f12"));
-        let others = ["table.f", "table.f0i", "table.f3_TSM1", "table.dat"];
-        assert!(!others.into_iter().any(is_manager));
-    }
-
-    #[test]
-    fn a_file_of_a_manager_whose_name_is_not_there_is_damaged() {
+    fn a_file_must_begin_with_the_name_of_its_manager() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.f0");
+        let check = |class: &str| {
+            let managed = Managed {
+                class: class.into(),
+                file: 0,
+                columns: Vec::new(),
+                own: Stream::new(&[], true),
+            };
+            check_file(&path, &managed)
+        };
+        assert!(check("TiledColumnStMan").is_ok());
         std::fs::write(
             &path,
             b"\xbe\xbe\xbe\xbe\0\0\x01\x08\x79\0\0\x10TiledColumnStMan",
         )
         .unwrap();
+        let error = check("TiledColumnStMan").unwrap_err();
         assert!(
-            check_file(&path, None)
-                .unwrap_err()
-                .contains("which manager")
+            error.contains("as that of a TiledColumnStMan does"),
+            "{error}"
         );
-        std::fs::write(&path, b"of a manager that is not casacore's own").unwrap();
-        assert!(check_file(&path, None).is_ok());
+        assert!(check("ManagerOfAnotherProgram").is_ok());
     }
 }

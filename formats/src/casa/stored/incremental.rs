@@ -4,7 +4,9 @@
 //! then, for each column, the rows where one begins, and where each is.
 
 use std::fs::File;
+use std::path::Path;
 
+use super::arrays::Arrays;
 use super::buckets::{Buckets, HEADER_BYTES};
 use super::columns::{Column, Held, Managed};
 use super::stream::{Stream, read};
@@ -20,13 +22,17 @@ const PLACE_BITS: u32 = 28;
 const START_BYTES: usize = 4;
 
 /// Looks through the file of a manager.
-pub(super) fn check(mut file: File, big: bool, managed: &Managed) -> Result<(), String> {
+pub(super) fn check(path: &Path, file: &File, big: bool, managed: &Managed) -> Result<(), String> {
+    let mut own = managed.own;
+    own.outermost()?;
+    own.text()?;
+    let arrays = Arrays::open(path, big)?;
     let n_byte = file.metadata().map_err(|error| error.to_string())?.len();
-    let all = header(&read(&mut file, 0, HEADER_BYTES)?, big, n_byte)?;
-    let index = read(&mut file, all.start(all.n), MAX_INDEX_BYTES)?;
+    let all = header(&read(file, 0, HEADER_BYTES)?, big, n_byte)?;
+    let index = read(file, all.start(all.n), MAX_INDEX_BYTES)?;
     for bucket in used(&index, big, all.n)? {
-        let bytes = read(&mut file, all.start(bucket), all.n_byte)?;
-        check_bucket(&bytes, big, &managed.columns)
+        let bytes = read(file, all.start(bucket), all.n_byte)?;
+        check_bucket(&bytes, big, &managed.columns, arrays.as_ref())
             .map_err(|what| format!("bucket {bucket}: {what}"))?;
     }
     Ok(())
@@ -63,7 +69,12 @@ fn used(index: &[u8], big: bool, n_bucket: u64) -> Result<Vec<u64>, String> {
     }
 }
 
-fn check_bucket(bytes: &[u8], big: bool, columns: &[Column]) -> Result<(), String> {
+fn check_bucket(
+    bytes: &[u8],
+    big: bool,
+    columns: &[Column],
+    arrays: Option<&Arrays>,
+) -> Result<(), String> {
     let place = Stream::new(bytes, big).u32()?;
     let is_wide = place >> PLACE_BITS != 0;
     let place = place as usize & ((1 << PLACE_BITS) - 1);
@@ -72,8 +83,14 @@ fn check_bucket(bytes: &[u8], big: bool, columns: &[Column]) -> Result<(), Strin
         _ => return Err(format!("its index is at byte {place}, of {}", bytes.len())),
     };
     for column in columns {
-        check_column(&mut index, is_wide, Stream::new(values, big), column)
-            .map_err(|what| format!("column {}: {what}", column.name))?;
+        check_column(
+            &mut index,
+            is_wide,
+            Stream::new(values, big),
+            column,
+            arrays,
+        )
+        .map_err(|what| format!("column {}: {what}", column.name))?;
     }
     Ok(())
 }
@@ -83,6 +100,7 @@ fn check_column(
     is_wide: bool,
     values: Stream,
     column: &Column,
+    arrays: Option<&Arrays>,
 ) -> Result<(), String> {
     let n = index.u32()? as usize;
     let (rows, places) = (index.numbers(n, is_wide)?, index.numbers(n, false)?);
@@ -92,8 +110,15 @@ fn check_column(
     }
     places.into_iter().try_for_each(|place| {
         let mut values = values;
-        let there = values.pass(place).and_then(|()| value(&mut values, column));
-        there.map_err(|_| format!("a value at byte {place} goes beyond the others"))
+        let there = values.pass(place).and_then(|()| {
+            let mut array = values;
+            value(&mut values, column).map(|()| array.u64().unwrap_or(0))
+        });
+        let array = there.map_err(|_| format!("a value at byte {place} goes beyond the others"))?;
+        match arrays {
+            Some(arrays) if column.held == Held::Elsewhere => arrays.check(array),
+            _ => Ok(()),
+        }
     })
 }
 

@@ -3,8 +3,9 @@
 //! Rows are in buckets of the same length; an index, in buckets of its own, tells the last row of each.
 
 use std::fs::File;
-use std::ops::Range;
+use std::path::Path;
 
+use super::arrays::Arrays;
 use super::buckets::{Buckets, HEADER_BYTES};
 use super::columns::{Column, Held, Managed};
 use super::stream::{Stream, read};
@@ -38,7 +39,7 @@ struct Header {
 pub(super) struct Manager {
     file: File,
     /// Whether the most significant byte comes first, in the indices and in cells.
-    pub(super) big: bool,
+    big: bool,
     header: Header,
     indices: Vec<Index>,
 }
@@ -56,22 +57,23 @@ struct Index {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
     /// From which byte of a bucket on.
-    pub(super) offset: u64,
+    offset: u64,
     index: usize,
 }
 
 /// Looks through the file of a manager.
-pub(super) fn check(file: File, big: bool, managed: Option<Managed>) -> Result<(), String> {
-    let mut manager = Manager::open(file, big)?;
-    let Some(managed) = managed else {
-        return Ok(());
-    };
+pub(super) fn check(path: &Path, file: File, big: bool, managed: &Managed) -> Result<(), String> {
+    let manager = Manager::open(file, big)?;
+    let arrays = Arrays::open(path, big)?;
     let places = places(managed.own, managed.columns.len())?;
     for (column, (offset, index)) in managed.columns.iter().zip(places) {
         let told = |what| format!("column {}: {what}", column.name);
         let place = manager.place(column, offset, index).map_err(told)?;
         if is_text(column) {
-            texts::check(&mut manager, place).map_err(told)?;
+            texts::check(&manager, place).map_err(told)?;
+        } else if let Some(arrays) = arrays.as_ref().filter(|_| is_elsewhere(column)) {
+            let check = |cells: &mut Stream| arrays.check(cells.u64()?);
+            (manager.check_cells(place, ARRAY_BITS / 8, check)).map_err(told)?;
         }
     }
     Ok(())
@@ -96,6 +98,11 @@ fn is_text(column: &Column) -> bool {
     column.data_type == TEXT && column.held == Held::Value && column.max_length == 0
 }
 
+/// Whether cells are places of arrays in another file.
+fn is_elsewhere(column: &Column) -> bool {
+    column.data_type != TEXT && column.held == Held::Elsewhere
+}
+
 /// What a row takes; nothing is known of other types than those that there are.
 fn cell_bits(column: &Column) -> u64 {
     let of_one = bits(column.data_type).unwrap_or(0);
@@ -110,9 +117,9 @@ fn cell_bits(column: &Column) -> u64 {
 
 impl Manager {
     /// Looks at the header and through the indices.
-    fn open(mut file: File, big: bool) -> Result<Self, String> {
-        let header = header(&mut file, big)?;
-        let bytes = index(&mut file, &header)?;
+    fn open(file: File, big: bool) -> Result<Self, String> {
+        let header = header(&file, big)?;
+        let bytes = index(&file, &header)?;
         // Each is a stream of its own.
         let mut stream = Stream::new(&bytes, big);
         let mut indices = Vec::new();
@@ -146,24 +153,34 @@ impl Manager {
         Ok(Place { offset, index })
     }
 
-    /// The rows in each bucket of a place, and which it is.
-    pub(super) fn buckets(&self, place: Place) -> Vec<(Range<u64>, u64)> {
-        let buckets = &self.indices[place.index].buckets;
-        let ends = buckets.iter().map(|&(last, _)| last.saturating_add(1));
-        let starts = std::iter::once(0).chain(ends.clone());
-        let rows = starts.zip(ends).map(|(start, end)| start..end);
-        rows.zip(buckets.iter().map(|&(_, bucket)| bucket))
-            .collect()
+    /// Looks at the cells of a column, of so many bytes each.
+    pub(super) fn check_cells(
+        &self,
+        place: Place,
+        n_byte: u64,
+        check: impl Fn(&mut Stream) -> Result<(), String>,
+    ) -> Result<(), String> {
+        let mut row = 0;
+        for &(last, bucket) in &self.indices[place.index].buckets {
+            let end = last.saturating_add(1);
+            let bytes = self.read(bucket, place.offset, (end - row) * n_byte)?;
+            let mut cells = Stream::new(&bytes, self.big);
+            while row < end {
+                check(&mut cells).map_err(|what| format!("row {row}: {what}"))?;
+                row += 1;
+            }
+        }
+        Ok(())
     }
 
     /// Some bytes of a bucket; fewer at the end of the file.
-    pub(super) fn read(&mut self, bucket: u64, at: u64, n_byte: u64) -> Result<Vec<u8>, String> {
+    pub(super) fn read(&self, bucket: u64, at: u64, n_byte: u64) -> Result<Vec<u8>, String> {
         let n_bucket = self.header.buckets.n;
         if bucket >= n_bucket {
             return Err(format!("is in bucket {bucket}, of {n_bucket}"));
         }
         let start = self.header.buckets.start(bucket) + at;
-        read(&mut self.file, start, n_byte)
+        read(&self.file, start, n_byte)
     }
 
     /// Buckets that there are.
@@ -177,7 +194,7 @@ impl Manager {
     }
 }
 
-fn header(file: &mut File, big: bool) -> Result<Header, String> {
+fn header(file: &File, big: bool) -> Result<Header, String> {
     let n_byte = file.metadata().map_err(|error| error.to_string())?.len();
     let bytes = read(file, 0, HEADER_BYTES)?;
     let mut stream = Stream::new(&bytes, big);
@@ -204,7 +221,7 @@ fn header(file: &mut File, big: bool) -> Result<Header, String> {
 }
 
 /// The bytes of all indices, bucket by bucket.
-fn index(file: &mut File, header: &Header) -> Result<Vec<u8>, String> {
+fn index(file: &File, header: &Header) -> Result<Vec<u8>, String> {
     let (n_byte, n_link) = (header.index_bytes, header.n_link);
     if header.offset > 0 {
         let at = header.buckets.start(header.first) + header.offset;

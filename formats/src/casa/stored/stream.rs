@@ -8,7 +8,7 @@ use std::ops::RangeInclusive;
 pub(super) const MAGIC: u32 = 0xbebe_bebe;
 
 /// Bytes of a file from a place on; fewer at its end.
-pub(super) fn read(file: &mut File, at: u64, n_byte: u64) -> Result<Vec<u8>, String> {
+pub(super) fn read(mut file: &File, at: u64, n_byte: u64) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let found = file.seek(SeekFrom::Start(at));
     let found = found.and_then(|_| file.take(n_byte).read_to_end(&mut bytes));

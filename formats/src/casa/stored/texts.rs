@@ -15,17 +15,11 @@ const MAX_SHORT: u32 = 8;
 const HEAD_BYTES: u64 = 16;
 
 /// Whether all texts of a column are where its cells say that they are.
-pub(super) fn check(manager: &mut Manager, column: Place) -> Result<(), String> {
-    for (rows, bucket) in manager.buckets(column) {
-        let n_byte = (rows.end - rows.start) * CELL_BYTES;
-        let bytes = manager.read(bucket, column.offset, n_byte)?;
-        let mut cells = Stream::new(&bytes, manager.big);
-        for row in rows {
-            let cell = (cells.u32()?, cells.u32()?, cells.u32()?);
-            check_text(manager, cell).map_err(|what| format!("row {row}: {what}"))?;
-        }
-    }
-    Ok(())
+pub(super) fn check(manager: &Manager, column: Place) -> Result<(), String> {
+    manager.check_cells(column, CELL_BYTES, |cells| {
+        let cell = (cells.u32()?, cells.u32()?, cells.u32()?);
+        check_text(manager, cell)
+    })
 }
 
 /// The start of a bucket of texts.
@@ -35,7 +29,7 @@ struct Head {
     next: u32,
 }
 
-fn check_text(manager: &mut Manager, cell: (u32, u32, u32)) -> Result<(), String> {
+fn check_text(manager: &Manager, cell: (u32, u32, u32)) -> Result<(), String> {
     let (bucket, offset, length) = cell;
     if length <= MAX_SHORT {
         return Ok(());
@@ -64,7 +58,7 @@ fn follow(
     mut offset: u32,
     length: u32,
     n_bucket: u64,
-    mut head: impl FnMut(u32) -> Result<Head, String>,
+    head: impl Fn(u32) -> Result<Head, String>,
 ) -> Result<(), String> {
     let mut left = length;
     // No text is in a bucket twice.
