@@ -7,9 +7,8 @@ use std::os::unix::fs::FileExt;
 use std::path::Path;
 
 use super::stream::Stream;
+use super::types::MAX_AXES;
 
-/// Most axes of an array; casacore makes room for whatever number is there.
-const MAX_AXES: u32 = 32;
 /// Bytes of the version, with which the file begins, and of every other number.
 const NUMBER_BYTES: u64 = 4;
 

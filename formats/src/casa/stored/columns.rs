@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use super::keywords;
 use super::others;
 use super::stream::{Stream, check_version};
-use super::types::{TEXT, bits};
+use super::types::{MAX_AXES, TEXT, bits};
 
 /// Layouts that are known; those before are of the years before Measurement Sets of version 2.
 const TABLE_VERSIONS: RangeInclusive<u32> = 2..=3;
@@ -138,8 +138,11 @@ fn described(stream: &mut Stream) -> Result<Described, String> {
     for _ in 0..3 {
         stream.text()?;
     }
-    let (data_type, options) = (stream.u32()?, stream.u32()?);
-    stream.u32()?;
+    let (data_type, options, n_axis) = (stream.u32()?, stream.u32()?, stream.u32()? as i32);
+    // Negative where it is not known.
+    if n_axis > MAX_AXES as i32 {
+        return Err(format!("column {name} has {n_axis} axes"));
+    }
     if kind == Kind::Array {
         stream.shape()?;
     }

@@ -1,4 +1,4 @@
-//! Codes of the types of values.
+//! Codes of the types of values, and how many axes they may have.
 
 pub(super) const TEXT: u32 = 11;
 pub(super) const TABLE: u32 = 12;
@@ -8,6 +8,9 @@ pub(super) const RECORD: u32 = 25;
 const ARRAYS: u32 = 13;
 const LONG: u32 = 29;
 const ARRAY_OF_LONG: u32 = 30;
+
+/// Most axes of an array; casacore makes room for whatever number is there.
+pub(super) const MAX_AXES: u32 = 32;
 
 /// What a value takes, if all of a type take the same; truths are bits where there are many.
 pub(super) fn bits(code: u32) -> Option<u64> {
