@@ -79,6 +79,8 @@ CASES = {
         "table MAIN: cannot be read (table.lock: what it announces is not there: it is truncated or damaged)"),
     "lock_list_huge": ("table.lock", b"Block" + struct.pack(">2I", 1, 19), b"Block" + struct.pack(">2I", 1, 1 << 31),
         "table MAIN: cannot be read (table.lock: announces a list of 2147483648 numbers, which is not there)"),
+    "lock_of_no_layout": ("POLARIZATION/table.lock", b"sync" + struct.pack(">I", 1), b"sync" + struct.pack(">I", 0),
+        "table POLARIZATION: cannot be read (table.lock: what it announces is not there: it is truncated or damaged)"),
     "record_huge": ("table.f4", struct.pack(">I", 10) + b"RecordDesc", struct.pack(">I", 1 << 31) + b"RecordDesc",
         "table MAIN: cannot be read (table.f4: hypercube 1: keywords: what it announces is not there: it is truncated "
         "or damaged)"),
