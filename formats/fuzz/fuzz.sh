@@ -15,8 +15,7 @@ export CC="${CC:-clang}" CXX="${CXX:-clang++}"
 export CFLAGS="-fsanitize=address,fuzzer-no-link" CXXFLAGS="-fsanitize=address,fuzzer-no-link"
 CUSTOM_LIBFUZZER_PATH="$("$CC" -print-runtime-dir)/libclang_rt.fuzzer-x86_64.a"
 export CUSTOM_LIBFUZZER_PATH CARGO_HOME="$here/target/home" CARGO_TARGET_DIR="$here/target"
-# casacore does not free all that it has; its tables of texts may be some gigabytes before it sees that they are
-# not there. Where there is no memory the others get a null, as they may without the sanitizer.
+# casacore does not free all that it has. Where there is no memory it gets a null, as it may without the sanitizer.
 export ASAN_OPTIONS="detect_leaks=0:allocator_may_return_null=1:quarantine_size_mb=16"
 
 features=
@@ -54,7 +53,7 @@ fi
 cargo +nightly fuzz build --fuzz-dir . $features "$target"
 while left=$((end - $(date +%s))) && [ "$left" -gt 0 ]; do
     nice -n 19 "target/x86_64-unknown-linux-gnu/release/$target" -timeout=60 -rss_limit_mb=9000 \
-        -malloc_limit_mb=60000 -max_len=$max_len -max_total_time="$left" -close_fd_mask=2 \
+        -malloc_limit_mb=2000 -max_len=$max_len -max_total_time="$left" -close_fd_mask=2 \
         -artifact_prefix="artifacts/$target/" "corpus/$target" "$seeds" || true
     # What a crash left behind.
     [ -n "${TMPDIR:-}" ] && rm -rf "$TMPDIR"/.tmp*
