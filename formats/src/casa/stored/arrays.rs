@@ -6,7 +6,7 @@ use std::fs::File;
 use std::os::unix::fs::FileExt;
 use std::path::Path;
 
-use super::stream::Stream;
+use super::stream::{Stream, length};
 use super::types::MAX_AXES;
 
 /// Bytes of the version, with which the file begins, and of every other number.
@@ -29,7 +29,7 @@ impl Arrays {
         let Ok(file) = File::open(path) else {
             return Ok(None);
         };
-        let n_byte = file.metadata().map_err(|error| error.to_string())?.len();
+        let n_byte = length(&file)?;
         let mut arrays = Self {
             file,
             big,

@@ -17,6 +17,8 @@ pub(super) struct Buckets {
     /// Bytes of each.
     pub(super) n_byte: u64,
     pub(super) n: u64,
+    /// How many the file has room for.
+    pub(super) n_there: u64,
 }
 
 impl Buckets {
@@ -37,7 +39,8 @@ impl Buckets {
         if n_cached > MAX_CACHED {
             return Err(format!("wants {n_cached} buckets in memory at once"));
         }
-        Ok(Self { n_byte, n })
+        let n_there = file_bytes / n_byte;
+        Ok(Self { n_byte, n, n_there })
     }
 
     /// Where a bucket begins in the file.

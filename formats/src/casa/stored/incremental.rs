@@ -9,7 +9,7 @@ use std::path::Path;
 use super::arrays::Arrays;
 use super::buckets::{Buckets, HEADER_BYTES};
 use super::columns::{Column, Held, Managed};
-use super::stream::{Stream, read};
+use super::stream::{Stream, length, read};
 use super::types::{TEXT, bits};
 
 /// Newest layout that is known.
@@ -27,7 +27,7 @@ pub(super) fn check(path: &Path, file: &File, big: bool, managed: &Managed) -> R
     own.outermost()?;
     own.text()?;
     let arrays = Arrays::open(path, big)?;
-    let n_byte = file.metadata().map_err(|error| error.to_string())?.len();
+    let n_byte = length(file)?;
     let all = header(&read(file, 0, HEADER_BYTES)?, big, n_byte)?;
     let index = read(file, all.start(all.n), MAX_INDEX_BYTES)?;
     for bucket in used(&index, big, all.n)? {

@@ -8,7 +8,7 @@ use std::path::Path;
 use super::arrays::Arrays;
 use super::buckets::{Buckets, HEADER_BYTES};
 use super::columns::{Column, Held, Managed};
-use super::stream::{Stream, read};
+use super::stream::{Stream, length, read};
 use super::texts;
 use super::types::{TEXT, bits};
 
@@ -184,9 +184,8 @@ impl Manager {
     }
 
     /// Buckets that there are.
-    pub(super) fn n_bucket(&self) -> Result<u64, String> {
-        let metadata = self.file.metadata().map_err(|error| error.to_string())?;
-        Ok(metadata.len() / self.header.buckets.n_byte)
+    pub(super) fn n_bucket(&self) -> u64 {
+        self.header.buckets.n_there
     }
 
     pub(super) fn bucket_bytes(&self) -> u64 {
@@ -195,7 +194,7 @@ impl Manager {
 }
 
 fn header(file: &File, big: bool) -> Result<Header, String> {
-    let n_byte = file.metadata().map_err(|error| error.to_string())?.len();
+    let n_byte = length(file)?;
     let bytes = read(file, 0, HEADER_BYTES)?;
     let mut stream = Stream::new(&bytes, big);
     let version = stream.outermost()?.known(0..=VERSION)?;

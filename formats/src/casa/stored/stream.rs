@@ -7,6 +7,12 @@ use std::ops::RangeInclusive;
 /// Stands before the outermost object.
 pub(super) const MAGIC: u32 = 0xbebe_bebe;
 
+/// Bytes of a whole file.
+pub(super) fn length(file: &File) -> Result<u64, String> {
+    let metadata = file.metadata().map_err(|error| error.to_string())?;
+    Ok(metadata.len())
+}
+
 /// Bytes of a file from a place on; fewer at its end.
 pub(super) fn read(mut file: &File, at: u64, n_byte: u64) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();

@@ -35,7 +35,7 @@ fn check_text(manager: &Manager, cell: (u32, u32, u32)) -> Result<(), String> {
         return Ok(());
     }
     let room = manager.bucket_bytes().saturating_sub(HEAD_BYTES);
-    let n_bucket = manager.n_bucket()?;
+    let n_bucket = manager.n_bucket();
     follow(bucket, offset, length, n_bucket, |bucket| {
         let bytes = manager.read(bucket.into(), 0, HEAD_BYTES)?;
         let mut stream = Stream::new(&bytes, true);
